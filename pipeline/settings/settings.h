@@ -1,0 +1,64 @@
+// TOML files read strictly: every value is asked for by name and checked, every other key is an error.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cupola {
+
+// One table of a settings file. All members throw InputError: "file:line: key: what was expected".
+class SettingsTable {
+ public:
+  SettingsTable(SettingsTable&&) noexcept;
+  SettingsTable& operator=(SettingsTable&&) noexcept;
+  ~SettingsTable();
+
+  bool has(std::string_view key) const;
+
+  // With a fallback the key may be missing; without, it must be there. Numbers are finite.
+  double number(std::string_view key, double least, double most, std::optional<double> fallback = {});
+  std::int64_t integer(std::string_view key, std::int64_t least, std::int64_t most,
+                       std::optional<std::int64_t> fallback = {});
+  bool flag(std::string_view key, std::optional<bool> fallback = {});
+  std::string text(std::string_view key, std::optional<std::string> fallback = {});
+  // The index of the value among `names`.
+  std::size_t choice(std::string_view key, std::span<const std::string_view> names,
+                     std::optional<std::size_t> fallback = {});
+  // `least` to `most` numbers in brackets.
+  std::vector<double> numbers(std::string_view key, std::size_t least, std::size_t most);
+  std::vector<std::string> texts(std::string_view key, std::size_t least, std::size_t most);
+  // [key]; empty when missing.
+  SettingsTable table(std::string_view key);
+  // [[key]]; none when missing.
+  std::vector<SettingsTable> tables(std::string_view key);
+
+  // To be called when everything was asked for: a key that nobody asked for is refused, with the nearest
+  // known one. Tables within are finished by whoever read them.
+  void finish() const;
+
+  // Refuses the value of `key` (or the table itself when empty): "file:line: key: message".
+  [[noreturn]] void refuse(std::string_view key, std::string_view message) const;
+
+ private:
+  friend SettingsTable load_settings(const std::filesystem::path&, std::span<const std::string>);
+  struct State;
+  explicit SettingsTable(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+// Parses `file` and lays the overrides over it: "key=value" or "table.key=value", the value as TOML has it; a
+// bare word that is no TOML value is taken as text. The result keeps the whole file alive.
+SettingsTable load_settings(const std::filesystem::path& file, std::span<const std::string> overrides = {});
+
+// The one of `names` most like `word` (fewest edits), for messages; empty when none is near.
+std::string_view nearest_name(std::string_view word, std::span<const std::string_view> names);
+
+}  // namespace cupola
