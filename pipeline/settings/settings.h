@@ -14,7 +14,8 @@
 
 namespace cupola {
 
-// One table of a settings file. All members throw InputError: "file:line: key: what was expected".
+// One table of a settings file. All members throw InputError: "file:line: key: what was expected". The
+// outermost table, the one that load_settings returned, must outlive the tables within.
 class SettingsTable {
  public:
   SettingsTable(SettingsTable&&) noexcept;
@@ -41,7 +42,7 @@ class SettingsTable {
   std::vector<SettingsTable> tables(std::string_view key);
 
   // To be called when everything was asked for: a key that nobody asked for is refused, with the nearest
-  // known one. Tables within are finished by whoever read them.
+  // known one; has() alone does not ask. Tables within are finished by whoever read them.
   void finish() const;
 
   // Refuses the value of `key` (or the table itself when empty): "file:line: key: message".
@@ -54,8 +55,9 @@ class SettingsTable {
   std::unique_ptr<State> state_;
 };
 
-// Parses `file` and lays the overrides over it: "key=value" or "table.key=value", the value as TOML has it; a
-// bare word that is no TOML value is taken as text. The result keeps the whole file alive.
+// Parses `file` and lays the overrides over it: "key=value", "table.key=value" or "tables.2.key=value"
+// (counted from 0), the value as TOML has it; a bare word that is no TOML value is taken as text. Messages
+// about them begin with "--set key=value".
 SettingsTable load_settings(const std::filesystem::path& file, std::span<const std::string> overrides = {});
 
 // The one of `names` most like `word` (fewest edits), for messages; empty when none is near.
