@@ -20,14 +20,20 @@ struct FilterSettings {
   Kernel kernel = Kernel::kGaussian;
   double alpha = 2.0;   // > 0
   double radius = 1.0;  // output pixels, > 0
-  double rec = 0.0;     // texels^2 added to the ellipse for reconstruction: 0 is the 1986 filter, 1 Heckbert's of 1989
+  double rec =
+      0.0;  // texels^2 added to the ellipse for reconstruction: 0 is the 1986 filter, 1 Heckbert's of 1989
   TableForm table = TableForm::kFast;
 };
 
 // "paper": gaussian, alpha 2, radius 2, rec 0.
-inline FilterSettings paper_preset() { return {Kernel::kGaussian, 2.0, 2.0, 0.0, TableForm::kFast}; }
+inline FilterSettings paper_preset() {
+  return {Kernel::kGaussian, 2.0, 2.0, 0.0, TableForm::kFast};
+}
 
-// Singular values of the Jacobian below this many texels a pixel are raised to it, so that no footprint is empty.
-inline double smallest_axis(const FilterSettings& filter) { return 0.75 / filter.radius; }
+// Singular values of the Jacobian below this many texels a pixel are raised to it, so that no footprint is
+// empty.
+inline double smallest_axis(const FilterSettings& filter) {
+  return 0.75 / filter.radius;
+}
 
 }  // namespace cupola

@@ -28,13 +28,13 @@ enum class Crop : std::uint8_t {
 
 struct FrameGeometry {
   FrameModel model = FrameModel::kFisheye;
-  Size size;             // pixels
-  Vec2 center;           // kFisheye, kChromeBall: pixels
-  double radius = 0.0;   // kFisheye, kChromeBall: pixels; r = 1
+  Size size;            // pixels
+  Vec2 center;          // kFisheye, kChromeBall: pixels
+  double radius = 0.0;  // kFisheye, kChromeBall: pixels; r = 1
   Crop crop = Crop::kNone;
-  Lens lens;             // kFisheye
-  double fov = 0.0;      // the three maps of the world: longitude across the whole width, radians
-  int columns = 1;       // kCube: faces in a row of the atlas
+  Lens lens;                // kFisheye
+  double fov = 0.0;         // the three maps of the world: longitude across the whole width, radians
+  int columns = 1;          // kCube: faces in a row of the atlas
   std::vector<View> faces;  // kCube: row by row; their sizes are those of the atlas's cells
 };
 

@@ -20,7 +20,7 @@ enum class LensModel : std::uint8_t {
   kOpencvFisheye,  // r = g(phi) / g(fov / 2), g(phi) = phi (1 + k1 phi^2 + k2 phi^4 + k3 phi^6 + k4 phi^8)
 };
 
-// A lens that rises strictly from phi(0) = 0 to phi(1): made by the functions below only, which check that.
+// Rises strictly from phi(0) = 0 to phi(1): lenses made by the functions below are checked for that.
 struct Lens {
   LensModel model = LensModel::kEquidistant;
   double half_fov = 0.0;             // phi(1), radians, for all but kPolynomial
@@ -30,7 +30,7 @@ struct Lens {
 
 struct LensSample {
   double phi;    // radians from the axis
-  double slope;  // d phi / d r, radians; infinite at the rim of a 180 degree orthographic lens
+  double slope;  // d phi / d r, radians
 };
 
 // Greene & Heckbert 1986, after Max 1983: phi = 1.411269 r - 0.094389 r^3 + 0.25674 r^5.
@@ -41,6 +41,10 @@ Lens equidistant(double fov_degrees);
 LensSample sample(const Lens& lens, double r);
 // The inverse: r for an angle from 0 to phi(1); found to 1e-14.
 double radius_at(const Lens& lens, double phi);
+
+// What is wrong with a lens made by hand, empty when nothing is: not finite, off the axis, folding (with the
+// radius where it does), past the opposite direction.
+std::string fault(const Lens& lens);
 
 // Reads a [lens] table: model and its keys, or file = "NAME", looked for beside `directory`, then in
 // config/lenses. Throws InputError; a lens that folds is refused with the radius where it does.

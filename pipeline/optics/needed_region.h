@@ -21,7 +21,9 @@ struct NeededRegion {
   Size size;                  // of the whole view, texels
   std::vector<RowSpan> rows;  // one a texel row; everything outside is never used
 
-  static NeededRegion all(Size size) { return {size, {static_cast<std::size_t>(size.height), {0, size.width}}}; }
+  static NeededRegion all(Size size) {
+    return {size, {static_cast<std::size_t>(size.height), {0, size.width}}};
+  }
   static NeededRegion none(Size size) { return {size, {static_cast<std::size_t>(size.height), {}}}; }
 
   void include(int x, int y) {

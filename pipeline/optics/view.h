@@ -13,9 +13,9 @@
 namespace cupola {
 
 enum class Distortion : std::uint8_t {
-  kNone,               // a perspective picture
-  kRadialTangential,   // OpenCV: k1 k2 p1 p2 k3 k4 k5 k6
-  kFisheye,            // OpenCV's fisheye: k1 k2 k3 k4, angle by atan2, so that 180 degrees and more work
+  kNone,              // a perspective picture
+  kRadialTangential,  // OpenCV: k1 k2 p1 p2 k3 k4 k5 k6
+  kFisheye,           // OpenCV's fisheye: k1 k2 k3 k4, angle by atan2, so that 180 degrees and more work
 };
 
 // Picture coordinates (u, v) are texels: (0, 0) is the top-left corner, v runs down, texel (i, j) has its
@@ -25,12 +25,13 @@ struct View {
   Vec3 forward;  // unit and mutually orthogonal; in lens space, see Rig
   Vec3 right;
   Vec3 up;
-  Size size;                // texels; 0 x 0 until the pictures are known
-  Vec2 focal{0.5, 0.5};     // as a share of width and height: 0.5 / tan(fov / 2)
+  Size size;                 // texels; 0 x 0 until the pictures are known
+  Vec2 focal{0.5, 0.5};      // as a share of width and height: 0.5 / tan(fov / 2)
   Vec2 principal{0.5, 0.5};  // as a share of width and height
   Distortion distortion = Distortion::kNone;
   std::array<double, 8> coefficients{};  // in the order given above
-  double limit = 0.0;  // kRadialTangential: largest tan(angle) before the model folds; kFisheye: largest angle
+  double limit =
+      0.0;  // kRadialTangential: largest tan(angle) before the model folds; kFisheye: largest angle
 };
 
 struct ViewSample {
@@ -42,8 +43,8 @@ struct ViewSample {
 // The named pose of CONVENTIONS: front, left, right, top, bottom, back. False when there is no such name.
 bool named_pose(std::string_view name, View& view);
 
-// Where direction `d` (any length) falls in the view's plane, inside its picture or out. False where the model
-// does not reach: behind a perspective view, past the limit of a calibrated one.
+// Where direction `d` (any length) falls in the view's plane, inside its picture or out. False where the
+// model does not reach: behind a perspective view, past the limit of a calibrated one.
 bool project(const View& view, const Vec3& d, Vec2& uv);
 bool project(const View& view, const Vec3& d, ViewSample& sample);
 

@@ -22,9 +22,9 @@ class WorkerPool {
 
   int threads() const { return static_cast<int>(workers_.size()) + 1; }
 
-  // Calls task(0) ... task(count - 1), each once, on the pool and the calling thread; returns when all are done.
-  // One run at a time, no run within a run. Does not allocate. The first exception a task throws is thrown
-  // again here once every worker has stopped; tasks not begun by then are left out.
+  // Calls task(0) ... task(count - 1), each once, on the pool and the calling thread; returns when all are
+  // done. One run at a time, no run within a run. Does not allocate. The first exception a task throws is
+  // thrown again here once every worker has stopped; tasks not begun by then are left out.
   template <class Task>
   void run(int count, Task&& task) {
     run_erased(count, &task, [](void* context, int index) {

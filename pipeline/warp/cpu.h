@@ -16,6 +16,8 @@ inline constexpr std::string_view kCpuNames[] = {"scalar", "avx2", "avx512"};
 bool supported(Cpu cpu);
 // The fastest of the supported ones.
 Cpu best_cpu();
-inline std::string_view name(Cpu cpu) { return kCpuNames[static_cast<std::size_t>(cpu)]; }
+inline std::string_view name(Cpu cpu) {
+  return kCpuNames[static_cast<std::size_t>(cpu)];
+}
 
 }  // namespace cupola

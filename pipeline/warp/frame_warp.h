@@ -24,7 +24,7 @@ enum class Method : std::uint8_t {
   kNearest,         // for comparison: point sampling
 };
 
-inline constexpr std::string_view kMethodNames[] = {"ewa",  "ewa-exact", "ewa-scan", "ewa-scan-integer",
+inline constexpr std::string_view kMethodNames[] = {"ewa",      "ewa-exact", "ewa-scan", "ewa-scan-integer",
                                                     "bilinear", "nearest"};
 
 // Immutable once made, but for counters; one warp() at a time.
@@ -33,8 +33,8 @@ class FrameWarp {
   virtual ~FrameWarp() = default;
   // For each view the texels that warp() uses.
   virtual std::span<const NeededRegion> needed() const = 0;
-  // `faces` in the rig's order, planar RGB of 8 or 16 bits and the rig's sizes. `frame` has the rig's frame size and
-  // any format; every pixel of it is written, those outside the image 0.
+  // `faces` in the rig's order, planar RGB of 8 or 16 bits and the rig's sizes. `frame` has the rig's frame
+  // size and any format; every pixel of it is written, those outside the image 0.
   virtual void warp(std::span<const Image> faces, const MutableImage& frame) noexcept = 0;
   // Bytes of precomputed tables; 0 for none.
   virtual std::size_t table_bytes() const = 0;

@@ -1,0 +1,66 @@
+// Lenses as data: the [lens] table of a rig, or a file of its own.
+// SPDX-License-Identifier: MIT
+#include <array>
+
+#include "pipeline/optics/config_path.h"
+#include "pipeline/optics/lens.h"
+#include "pipeline/optics/portable_math.h"
+#include "pipeline/settings/settings.h"
+
+namespace cupola {
+namespace {
+
+constexpr std::array<std::string_view, 7> kModelNames = {"omnimax-c430",  "equidistant",  "equisolid",
+                                                         "stereographic", "orthographic", "polynomial",
+                                                         "opencv-fisheye"};
+
+double half_fov(SettingsTable& table, double most_degrees) {
+  return portable::radians(table.number("fov_deg", 1.0, most_degrees, std::min(180.0, most_degrees)) / 2);
+}
+
+Lens read_model(SettingsTable& table) {
+  const std::size_t model = table.choice("model", kModelNames);
+  Lens lens;
+  switch (model) {
+    case 0:
+      return omnimax_c430();
+    case 1:
+      lens = {LensModel::kEquidistant, half_fov(table, 360.0), {}, {}};
+      break;
+    case 2:
+      lens = {LensModel::kEquisolid, half_fov(table, 360.0), {}, {}};
+      break;
+    case 3:
+      lens = {LensModel::kStereographic, half_fov(table, 350.0), {}, {}};
+      break;
+    case 4:
+      lens = {LensModel::kOrthographic, half_fov(table, 180.0), {}, {}};
+      break;
+    case 5:
+      lens = {LensModel::kPolynomial, 0.0, table.numbers("coefficients", 2, 16), {}};
+      break;
+    default:
+      lens = {LensModel::kOpencvFisheye, half_fov(table, 360.0), table.numbers("coefficients", 1, 4), {}};
+  }
+  lens.name = kModelNames[model];
+  return lens;
+}
+
+}  // namespace
+
+Lens read_lens(SettingsTable& table, const std::filesystem::path& directory) {
+  if (table.has("file")) {
+    const std::filesystem::path file = find_config(table.text("file"), directory, "lenses");
+    if (file.empty()) table.refuse("file", "expected a lens file beside the rig or in config/lenses");
+    table.finish();
+    SettingsTable own = load_settings(file);
+    return read_lens(own, file.parent_path());
+  }
+  Lens lens = read_model(table);
+  const std::string wrong = fault(lens);
+  if (!wrong.empty()) table.refuse(table.has("coefficients") ? "coefficients" : "model", wrong);
+  table.finish();
+  return lens;
+}
+
+}  // namespace cupola

@@ -1,0 +1,116 @@
+// Series evaluated after range reduction; every constant is exact or correctly rounded.
+// SPDX-License-Identifier: MIT
+#include "pipeline/optics/portable_math.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace cupola::portable {
+namespace {
+
+// pi / 2 in three parts; the first two have 33 significant bits, so that n times either is exact for |n| <
+// 2^20.
+constexpr double kHalfPiHigh = 0x1.921fb544p+0;
+constexpr double kHalfPiMiddle = 0x1.0b4611a6p-34;
+constexpr double kHalfPiLow = 0x1.3198a2e037073p-69;
+
+// ln 2 in two parts, the first with 33 significant bits.
+constexpr double kLn2High = 0x1.62e42feep-1;
+constexpr double kLn2Low = 0x1.a39ef35793c76p-33;
+
+// 1 / n, correctly rounded, so that the series need no division; [0] is unused.
+constexpr std::array<double, 24> kOneOver = [] {
+  std::array<double, 24> table{};
+  for (int n = 1; n < 24; ++n) table[n] = 1.0 / n;
+  return table;
+}();
+
+// Sum of 1 / n! terms for |x| <= pi / 4: the first term left out is below 1e-18 of the result.
+double sine_series(double x) {
+  const double y = x * x;
+  double sum = 1.0;
+  for (int n = 16; n >= 2; n -= 2) sum = 1.0 - sum * y * (kOneOver[n] * kOneOver[n + 1]);
+  return x * sum;
+}
+
+double cosine_series(double x) {
+  const double y = x * x;
+  double sum = 1.0;
+  for (int n = 17; n >= 3; n -= 2) sum = 1.0 - sum * y * (kOneOver[n] * kOneOver[n + 1]);
+  return 1.0 - 0.5 * y * sum;
+}
+
+// atan for 0 <= x <= 1. One halving of the angle brings x below tan(pi / 8), another below tan(pi / 16).
+double arc_tangent_unit(double x) {
+  x = x / (1.0 + std::sqrt(1.0 + x * x));
+  x = x / (1.0 + std::sqrt(1.0 + x * x));
+  const double y = x * x;
+  double sum = 0.0;
+  for (int n = 23; n >= 1; n -= 2) sum = kOneOver[n] - y * sum;
+  return 4.0 * x * sum;
+}
+
+}  // namespace
+
+SineCosine sine_cosine(double radians) {
+  const double n = std::nearbyint(radians * (2.0 / kPi));
+  const double x = ((radians - n * kHalfPiHigh) - n * kHalfPiMiddle) - n * kHalfPiLow;
+  const double sine = sine_series(x);
+  const double cosine = cosine_series(x);
+  switch (static_cast<long long>(n) & 3) {
+    case 0:
+      return {sine, cosine};
+    case 1:
+      return {cosine, -sine};
+    case 2:
+      return {-sine, -cosine};
+    default:
+      return {-cosine, sine};
+  }
+}
+
+double tangent(double radians) {
+  const SineCosine both = sine_cosine(radians);
+  return both.sine / both.cosine;
+}
+
+double arc_tangent2(double y, double x) {
+  const double ay = std::abs(y);
+  const double ax = std::abs(x);
+  if (ax == 0.0 && ay == 0.0) return 0.0;
+  double angle = ay <= ax ? arc_tangent_unit(ay / ax) : kPi / 2 - arc_tangent_unit(ax / ay);
+  if (x < 0.0) angle = kPi - angle;
+  return y < 0.0 ? -angle : angle;
+}
+
+double arc_sine(double x) {
+  if (!(x >= -1.0 && x <= 1.0)) return std::numeric_limits<double>::quiet_NaN();
+  return arc_tangent2(x, std::sqrt((1.0 - x) * (1.0 + x)));
+}
+
+double exponential(double x) {
+  if (x < -700.0) return 0.0;
+  if (x > 700.0) x = 700.0;
+  const double n = std::nearbyint(x * 1.4426950408889634);
+  const double r = (x - n * kLn2High) - n * kLn2Low;  // |r| <= ln 2 / 2
+  double sum = 1.0;
+  for (int i = 14; i >= 1; --i) sum = 1.0 + sum * r * kOneOver[i];
+  return std::ldexp(sum, static_cast<int>(n));
+}
+
+double logarithm(double x) {
+  int exponent = 0;
+  double m = std::frexp(x, &exponent);  // [0.5, 1)
+  if (m < 0.70710678118654752) {
+    m *= 2.0;
+    --exponent;
+  }
+  const double s = (m - 1.0) / (m + 1.0);  // |s| < 0.1716
+  const double y = s * s;
+  double sum = 0.0;
+  for (int n = 21; n >= 1; n -= 2) sum = kOneOver[n] + y * sum;
+  return exponent * kLn2High + (2.0 * s * sum + exponent * kLn2Low);
+}
+
+}  // namespace cupola::portable

@@ -1,0 +1,225 @@
+// Reading rig files into a value that cannot be invalid.
+// SPDX-License-Identifier: MIT
+#include "pipeline/optics/rig.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "pipeline/frame/error.h"
+#include "pipeline/optics/calibration.h"
+#include "pipeline/optics/config_path.h"
+#include "pipeline/optics/portable_math.h"
+#include "pipeline/settings/settings.h"
+
+namespace cupola {
+namespace {
+
+constexpr double kMostPixels = 65535.0;
+constexpr std::array<std::string_view, 6> kFrameModels = {"fisheye",  "equirectangular", "cylindrical",
+                                                          "mercator", "chrome-ball",     "cube"};
+
+// Turns by `radians` about x, from -z towards +y.
+Mat3 turn_up(double radians) {
+  const auto [s, c] = portable::sine_cosine(radians);
+  return {Vec3{1, 0, 0}, Vec3{0, c, s}, Vec3{0, -s, c}};
+}
+
+void read_circle(SettingsTable& table, FrameGeometry& frame) {
+  frame.center = {frame.size.width / 2.0, frame.size.height / 2.0};
+  if (table.has("center")) {
+    const std::vector<double> center = table.numbers("center", 2, 2);
+    frame.center = {center[0], center[1]};
+    if (std::abs(center[0]) > kMostPixels || std::abs(center[1]) > kMostPixels) {
+      table.refuse("center", "expected pixels within 65535 of the frame's corner");
+    }
+  }
+  frame.radius =
+      table.number("radius", 0.5, kMostPixels, std::min(frame.size.width, frame.size.height) / 2.0);
+}
+
+// layout = "3x2" (columns x rows) and faces = [names], which fill the frame's atlas row by row.
+void read_cube(SettingsTable& table, FrameGeometry& frame) {
+  const std::string layout = table.text("layout");
+  int columns = 0;
+  int rows = 0;
+  char rest = 0;
+  if (std::sscanf(layout.c_str(), "%2dx%2d%c", &columns, &rows, &rest) != 2 || columns < 1 || rows < 1 ||
+      columns * rows > 6) {
+    table.refuse("layout", "expected columns x rows of at most 6 faces, like \"3x2\"");
+  }
+  if (frame.size.width % columns != 0 || frame.size.height % rows != 0) {
+    table.refuse("layout", "expected a frame whose sides divide evenly into the layout");
+  }
+  const auto count = static_cast<std::size_t>(columns * rows);
+  const std::vector<std::string> names = table.texts("faces", count, count);
+  frame.columns = columns;
+  for (const std::string& name : names) {
+    View face;
+    if (!named_pose(name, face)) {
+      table.refuse("faces", fmt::format("expected front, left, right, top, bottom or back, not {}", name));
+    }
+    face.name = name;
+    face.size = {frame.size.width / columns, frame.size.height / rows};
+    frame.faces.push_back(face);
+  }
+}
+
+FrameGeometry read_frame(SettingsTable table) {
+  FrameGeometry frame;
+  frame.model = static_cast<FrameModel>(table.choice("model", kFrameModels, 0));
+  frame.size.width = static_cast<int>(table.integer("width", 1, 65535));
+  frame.size.height = static_cast<int>(table.integer("height", 1, 65535));
+  constexpr std::array<std::string_view, 2> kCrops = {"none", "omnimax"};
+  frame.crop = static_cast<Crop>(table.choice("crop", kCrops, 0));
+  if (frame.model == FrameModel::kFisheye || frame.model == FrameModel::kChromeBall) {
+    read_circle(table, frame);
+  } else if (frame.model == FrameModel::kCube) {
+    read_cube(table, frame);
+  } else {
+    frame.fov = portable::radians(table.number("fov_deg", 1.0, 360.0, 360.0));
+  }
+  table.finish();
+  return frame;
+}
+
+FilterSettings read_filter(SettingsTable table) {
+  FilterSettings filter;
+  constexpr std::array<std::string_view, 2> kPresets = {"default", "paper"};
+  if (table.choice("preset", kPresets, 0) == 1) filter = paper_preset();
+  constexpr std::array<std::string_view, 1> kKernels = {"gaussian"};
+  filter.kernel =
+      static_cast<Kernel>(table.choice("kernel", kKernels, static_cast<std::size_t>(filter.kernel)));
+  filter.alpha = table.number("alpha", 0.01, 50.0, filter.alpha);
+  filter.radius = table.number("radius", 0.25, 8.0, filter.radius);
+  filter.rec = table.number("rec", 0.0, 16.0, filter.rec);
+  constexpr std::array<std::string_view, 2> kForms = {"fast", "precise"};
+  filter.table =
+      static_cast<TableForm>(table.choice("table", kForms, static_cast<std::size_t>(filter.table)));
+  table.finish();
+  return filter;
+}
+
+Vec3 read_vector(SettingsTable& table, std::string_view key) {
+  const std::vector<double> v = table.numbers(key, 3, 3);
+  const Vec3 vector{v[0], v[1], v[2]};
+  const double length = glm::length(vector);
+  if (!(length > 1e-6 && length < 1e6)) table.refuse(key, "expected a direction [x, y, z] that is not zero");
+  return vector / length;
+}
+
+void read_pose(SettingsTable& table, View& view) {
+  const bool named = named_pose(view.name, view);
+  if (!table.has("forward") && !table.has("up")) {
+    if (!named) {
+      table.refuse("name",
+                   "expected front, left, right, top, bottom or back, or forward and up beside another name");
+    }
+    return;
+  }
+  view.forward = read_vector(table, "forward");
+  const Vec3 up = read_vector(table, "up");
+  const Vec3 right = glm::cross(view.forward, up);
+  if (glm::length(right) < 1e-6) table.refuse("up", "expected a direction that is not parallel to forward");
+  view.right = glm::normalize(right);
+  view.up = glm::cross(view.right, view.forward);
+}
+
+View read_view(SettingsTable table, const std::filesystem::path& directory) {
+  View view;
+  view.name = table.text("name");
+  read_pose(table, view);
+  if (table.has("calibration")) {
+    if (table.has("fov_deg") || table.has("fov_y_deg")) {
+      table.refuse("calibration", "expected either a calibration or fov_deg, not both");
+    }
+    read_calibration(directory / table.text("calibration"), view);
+  } else {
+    const double fov_x = table.number("fov_deg", 0.1, 179.0, 90.0);
+    const double fov_y = table.number("fov_y_deg", 0.1, 179.0, fov_x);
+    // At 90 degrees exactly one half, so that faces meet on their edges to the bit.
+    const auto focal = [](double fov) {
+      return fov == 90.0 ? 0.5 : 0.5 / portable::tangent(portable::radians(fov / 2));
+    };
+    view.focal = {focal(fov_x), focal(fov_y)};
+  }
+  if (table.has("size")) {
+    const std::vector<double> size = table.numbers("size", 2, 2);
+    for (const double side : size) {
+      if (!(side >= 1.0 && side <= kMostPixels && side == std::floor(side))) {
+        table.refuse("size", "expected [width, height] in texels, from 1 to 65535");
+      }
+    }
+    view.size = {static_cast<int>(size[0]), static_cast<int>(size[1])};
+  }
+  table.finish();
+  return view;
+}
+
+}  // namespace
+
+Rig load_rig(const std::filesystem::path& file, std::span<const std::string> overrides) {
+  SettingsTable table = load_settings(file, overrides);
+  const std::filesystem::path directory = file.parent_path();
+  Rig rig;
+  rig.file = file;
+  constexpr std::array<std::string_view, 2> kFollow = {"axis", "world"};
+  const bool world = table.choice("views", kFollow, 0) == 1;
+  rig.tilt_deg = table.number("tilt_deg", -180.0, 180.0, 0.0);
+  if (!table.has("frame")) table.refuse("frame", "expected a table [frame] with width and height");
+  rig.frame = read_frame(table.table("frame"));
+  if (rig.frame.model == FrameModel::kFisheye) {
+    if (!table.has("lens")) table.refuse("lens", "expected a table [lens] with a model");
+    SettingsTable lens = table.table("lens");
+    rig.frame.lens = read_lens(lens, directory);
+  }
+  rig.filter = read_filter(table.table("filter"));
+
+  const double tilt = portable::radians(rig.tilt_deg);
+  if (rig.tilt_deg != 0.0) rig.world_from_lens = turn_up(tilt);
+  const Mat3 lens_from_world = rig.tilt_deg != 0.0 ? turn_up(-tilt) : Mat3{1.0};
+  std::set<std::string> names;
+  for (SettingsTable& entry : table.tables("view")) {
+    const std::string name = entry.text("name");
+    if (!names.insert(name).second) {
+      entry.refuse("name",
+                   fmt::format("expected a name of its own, but another view is called {} already", name));
+    }
+    if (rig.views.size() == 6) entry.refuse("name", "expected at most six views");
+    View view = read_view(std::move(entry), directory);
+    if (world) {
+      view.forward = lens_from_world * view.forward;
+      view.right = lens_from_world * view.right;
+      view.up = lens_from_world * view.up;
+    }
+    rig.views.push_back(std::move(view));
+  }
+  if (rig.views.empty()) table.refuse("view", "expected one to six tables [[view]]");
+  table.finish();
+  return rig;
+}
+
+void set_view_sizes(Rig& rig, std::span<const Size> sizes) {
+  if (sizes.size() != rig.views.size()) {
+    throw InputError(fmt::format("{}: expected pictures for {} views, not {}", rig.file.string(),
+                                 rig.views.size(), sizes.size()));
+  }
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    View& view = rig.views[i];
+    if (sizes[i].width < 1 || sizes[i].height < 1) {
+      throw InputError(
+          fmt::format("{}: view {}: expected a picture with a size", rig.file.string(), view.name));
+    }
+    if (view.size.width != 0 && !(view.size == sizes[i])) {
+      throw InputError(fmt::format("{}: view {}: expected a picture of {} x {} texels, not {} x {}",
+                                   rig.file.string(), view.name, view.size.width, view.size.height,
+                                   sizes[i].width, sizes[i].height));
+    }
+    view.size = sizes[i];
+  }
+}
+
+}  // namespace cupola

@@ -1,0 +1,61 @@
+// The portable functions against the C library's in long double.
+// SPDX-License-Identifier: MIT
+#include "pipeline/optics/portable_math.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace cupola::portable {
+namespace {
+
+constexpr double kBound = 1e-15;
+
+double relative(double value, long double truth) {
+  return static_cast<double>(std::abs((value - truth) / truth));
+}
+
+class PortableMath : public testing::Test {
+ protected:
+  double uniform(double low, double high) { return std::uniform_real_distribution<>(low, high)(random_); }
+  std::mt19937_64 random_{1};
+};
+
+TEST_F(PortableMath, SineAndCosineAreRightToTheLastBitsNearAndFar) {
+  for (int i = 0; i < 200000; ++i) {
+    const double x = uniform(-1.0, 1.0) * (i % 2 == 0 ? 7.0 : 1e5);
+    const auto [sine, cosine] = sine_cosine(x);
+    ASSERT_NEAR(sine, static_cast<double>(std::sin(static_cast<long double>(x))), kBound);
+    ASSERT_NEAR(cosine, static_cast<double>(std::cos(static_cast<long double>(x))), kBound);
+  }
+}
+
+TEST_F(PortableMath, AnglesAreRightInAllQuadrants) {
+  for (int i = 0; i < 200000; ++i) {
+    const double y = uniform(-1.0, 1.0);
+    const double x = uniform(-1.0, 1.0);
+    ASSERT_LT(relative(arc_tangent2(y, x), std::atan2(static_cast<long double>(y), x)), kBound);
+    ASSERT_LT(relative(arc_sine(x), std::asin(static_cast<long double>(x))), kBound);
+  }
+  EXPECT_EQ(arc_tangent2(0.0, 0.0), 0.0);
+  EXPECT_DOUBLE_EQ(arc_tangent2(1.0, 0.0), kPi / 2);
+  EXPECT_DOUBLE_EQ(arc_tangent2(0.0, -1.0), kPi);
+  EXPECT_TRUE(std::isnan(arc_sine(1.0000001)));
+}
+
+TEST_F(PortableMath, ExponentialAndLogarithmAreRight) {
+  for (int i = 0; i < 200000; ++i) {
+    const double x = uniform(-600.0, 600.0);
+    ASSERT_LT(relative(exponential(x), std::exp(static_cast<long double>(x))), kBound);
+    const double p = std::exp(x / 2);
+    const long double truth = std::log(static_cast<long double>(p));
+    ASSERT_LT(std::abs(logarithm(p) - truth), kBound * std::max(1.0L, std::abs(truth)));
+  }
+  EXPECT_EQ(exponential(0.0), 1.0);
+  EXPECT_EQ(exponential(-701.0), 0.0);
+}
+
+}  // namespace
+}  // namespace cupola::portable
