@@ -22,9 +22,11 @@ struct NeededRegion {
   std::vector<RowSpan> rows;  // one a texel row; everything outside is never used
 
   static NeededRegion all(Size size) {
-    return {size, {static_cast<std::size_t>(size.height), {0, size.width}}};
+    return {size, std::vector<RowSpan>(static_cast<std::size_t>(size.height), {0, size.width})};
   }
-  static NeededRegion none(Size size) { return {size, {static_cast<std::size_t>(size.height), {}}}; }
+  static NeededRegion none(Size size) {
+    return {size, std::vector<RowSpan>(static_cast<std::size_t>(size.height))};
+  }
 
   void include(int x, int y) {
     RowSpan& row = rows[static_cast<std::size_t>(y)];
