@@ -1,0 +1,48 @@
+// Two buffers that change places at every flip: nothing is copied.
+// SPDX-License-Identifier: MIT
+#include "hal/display/fake_display.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace cupola {
+
+FakeDisplay::FakeDisplay(Clock& clock, int width, int height, std::chrono::nanoseconds period)
+    : clock_(clock), width_(width), height_(height), period_(period), last_flip_(clock.now()) {
+  if (width < 1 || height < 1 || width > 65535 || height > 65535 || period.count() < 1) {
+    throw std::runtime_error("fake display: expected sides from 1 to 65535 and a period above 0");
+  }
+  for (auto& buffer : memory_)
+    buffer.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+}
+
+DisplayBuffer FakeDisplay::buffer(std::size_t index) noexcept {
+  return {reinterpret_cast<std::byte*>(memory_[index].data()), std::ptrdiff_t{4} * width_, width_, height_};
+}
+
+DisplayBuffer FakeDisplay::back_buffer() noexcept {
+  return buffer(back_);
+}
+DisplayBuffer FakeDisplay::front_buffer() noexcept {
+  return buffer(1 - back_);
+}
+
+Presented FakeDisplay::present(std::chrono::nanoseconds when) noexcept {
+  if (fate_ != Present::kShown) return {fate_, clock_.now()};
+  const std::chrono::nanoseconds earliest = std::max(when, clock_.now());
+  const std::int64_t periods =
+      std::max<std::int64_t>(1, (earliest - last_flip_ + period_ - std::chrono::nanoseconds(1)) / period_);
+  last_flip_ += periods * period_;
+  clock_.sleep_until(last_flip_);
+  back_ = 1 - back_;
+  ++frames_;
+  return {Present::kShown, last_flip_};
+}
+
+std::uint64_t FakeDisplay::front_hash() noexcept {
+  std::uint64_t hash = 0xcbf29ce484222325U;
+  for (const std::uint32_t word : memory_[1 - back_]) hash = (hash ^ word) * 0x100000001b3U;
+  return hash;
+}
+
+}  // namespace cupola

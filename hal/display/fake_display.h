@@ -1,0 +1,49 @@
+// A display of memory: flips by the given clock and keeps the last frame, for tests and for timing.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "hal/display/display.h"
+#include "hal/time/clock.h"
+
+namespace cupola {
+
+class FakeDisplay final : public Display {
+ public:
+  // Flips every `period`, the first time one period from now. `clock` is borrowed for the display's life.
+  FakeDisplay(Clock& clock, int width, int height, std::chrono::nanoseconds period);
+  FakeDisplay(Clock& clock, int width, int height)
+      : FakeDisplay(clock, width, height, std::chrono::nanoseconds(std::chrono::seconds(1)) / 60) {}
+
+  DisplayBuffer back_buffer() noexcept override;
+  Presented present(std::chrono::nanoseconds when) noexcept override;
+  std::chrono::nanoseconds period() const noexcept override { return period_; }
+
+  // From the next present() on.
+  void close() { fate_ = Present::kClosed; }
+  void lose() { fate_ = Present::kLost; }
+
+  std::int64_t frames() const { return frames_; }
+  // The frame on the screen; all zero before the first.
+  DisplayBuffer front_buffer() noexcept;
+  // FNV-1a over the words of the frame on the screen, row by row.
+  std::uint64_t front_hash() noexcept;
+
+ private:
+  DisplayBuffer buffer(std::size_t index) noexcept;
+
+  Clock& clock_;
+  int width_;
+  int height_;
+  std::chrono::nanoseconds period_;
+  std::chrono::nanoseconds last_flip_;
+  std::array<std::vector<std::uint32_t>, 2> memory_;
+  std::size_t back_ = 0;
+  std::int64_t frames_ = 0;
+  Present fate_ = Present::kShown;
+};
+
+}  // namespace cupola

@@ -1,0 +1,64 @@
+// The fake display's own promises: exact flips, and the last frame to look at.
+// SPDX-License-Identifier: MIT
+#include "hal/display/fake_display.h"
+
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+namespace cupola {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(FakeDisplay, FlipsAtMultiplesOfItsPeriod) {
+  FakeClock clock;
+  FakeDisplay display(clock, 4, 2, 10ms);
+  EXPECT_EQ(display.present(0ms).flipped_at, 10ms);
+  EXPECT_EQ(display.present(0ms).flipped_at, 20ms);
+  EXPECT_EQ(display.present(20ms).flipped_at, 30ms);
+  EXPECT_EQ(display.present(31ms).flipped_at, 40ms);
+  EXPECT_EQ(display.present(50ms).flipped_at, 50ms);
+  clock.advance(27ms);
+  EXPECT_EQ(display.present(60ms).flipped_at, 80ms);
+  EXPECT_EQ(clock.now(), 80ms);
+  EXPECT_EQ(display.frames(), 6);
+}
+
+TEST(FakeDisplay, FlipsAtSixtyHertzByDefault) {
+  FakeClock clock;
+  FakeDisplay display(clock, 4, 2);
+  for (int i = 0; i < 60; ++i) display.present(0ns);
+  EXPECT_NEAR(std::chrono::duration<double>(clock.now()).count(), 1.0, 1e-6);
+}
+
+TEST(FakeDisplay, KeepsTheLastFrame) {
+  FakeClock clock;
+  FakeDisplay display(clock, 3, 2, 1ms);
+  const std::uint64_t black = display.front_hash();
+  const DisplayBuffer back = display.back_buffer();
+  reinterpret_cast<std::uint32_t*>(back.data)[5] = 0xff123456U;
+  EXPECT_EQ(display.front_hash(), black);
+  display.present(0ns);
+  EXPECT_EQ(display.front_buffer().data, back.data);
+  EXPECT_NE(display.front_hash(), black);
+  EXPECT_NE(display.back_buffer().data, back.data);
+}
+
+TEST(FakeDisplay, IsLostWhenToldTo) {
+  FakeClock clock;
+  FakeDisplay display(clock, 3, 2, 1ms);
+  display.lose();
+  EXPECT_EQ(display.present(0ns).result, Present::kLost);
+  EXPECT_EQ(display.frames(), 0);
+}
+
+TEST(FakeDisplay, RefusesSizesAndPeriodsThatAreNone) {
+  FakeClock clock;
+  EXPECT_THROW(FakeDisplay(clock, 0, 2), std::runtime_error);
+  EXPECT_THROW(FakeDisplay(clock, 2, 65536), std::runtime_error);
+  EXPECT_THROW(FakeDisplay(clock, 2, 2, 0ns), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace cupola
