@@ -6,7 +6,8 @@
 
 namespace cupola {
 
-// The call, a config file or an input is wrong; the text says file, line, key and what was expected. Exit code 2.
+// The call, a config file or an input is wrong; the text says file, line, key and what was expected. Exit
+// code 2.
 struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

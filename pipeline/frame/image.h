@@ -36,11 +36,16 @@ constexpr int sample_bytes(PixelFormat format) {
 // Bytes from one pixel to the next within a plane.
 constexpr int pixel_step(PixelFormat format) {
   switch (format) {
-    case PixelFormat::kRgbPlanar8: return 1;
-    case PixelFormat::kRgbPlanar16: return 2;
-    case PixelFormat::kRgb8: return 3;
-    case PixelFormat::kRgb16: return 6;
-    case PixelFormat::kXrgb8888: return 4;
+    case PixelFormat::kRgbPlanar8:
+      return 1;
+    case PixelFormat::kRgbPlanar16:
+      return 2;
+    case PixelFormat::kRgb8:
+      return 3;
+    case PixelFormat::kRgb16:
+      return 6;
+    case PixelFormat::kXrgb8888:
+      return 4;
   }
   return 0;
 }
@@ -78,6 +83,19 @@ inline Image as_const(const MutableImage& image) {
   return view;
 }
 
+// The part of `image` whose top-left pixel is (x, y); nothing is copied.
+template <class Byte>
+BasicImage<Byte> part_of(const BasicImage<Byte>& image, int x, int y, Size size) {
+  BasicImage<Byte> part{image.format, size, image.planes};
+  for (std::size_t p = 0; p < static_cast<std::size_t>(plane_count(image.format)); ++p)
+    part.planes[p].data = image.planes[p].row(y) + std::ptrdiff_t{x} * pixel_step(image.format);
+  return part;
+}
+template <class Byte>
+BasicImage<Byte> row_of(const BasicImage<Byte>& image, int y) {
+  return part_of(image, 0, y, {image.size.width, 1});
+}
+
 // Owns the memory of one picture, all zero at first. Rows begin on 64-byte boundaries.
 class ImageBuffer {
  public:
@@ -93,7 +111,7 @@ class ImageBuffer {
 
  private:
   struct Release {
-    void operator()(std::byte* memory) const { ::operator delete(memory, std::align_val_t{64}); }
+    void operator()(std::byte* memory) const { ::operator delete (memory, std::align_val_t{64}); }
   };
   std::unique_ptr<std::byte, Release> memory_;
   std::size_t bytes_ = 0;
