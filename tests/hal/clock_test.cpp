@@ -16,6 +16,9 @@ struct ClockMaker {
   const char* name;
   std::unique_ptr<Clock> (*make)();
 };
+void PrintTo(const ClockMaker& maker, std::ostream* out) {
+  *out << maker.name;
+}
 
 class ClockContract : public testing::TestWithParam<ClockMaker> {
  protected:

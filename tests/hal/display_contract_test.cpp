@@ -80,6 +80,9 @@ struct StageMaker {
   const char* name;
   std::unique_ptr<Stage> (*make)(int width, int height);
 };
+void PrintTo(const StageMaker& maker, std::ostream* out) {
+  *out << maker.name;
+}
 
 template <class AnyStage>
 std::unique_ptr<Stage> make_stage(int width, int height) {
