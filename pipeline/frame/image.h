@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <new>
+#include <type_traits>
 
 namespace cupola {
 
@@ -64,6 +65,15 @@ struct BasicImage {
   Size size;
   std::array<Plane<Byte>, 3> planes;
 
+  // What may be written may be read.
+  template <class Other>
+  requires(!std::is_same_v<Other, Byte> && std::is_same_v<Other, const Byte>) operator BasicImage<Other>()
+      const {
+    BasicImage<Other> view{format, size, {}};
+    for (std::size_t p = 0; p < 3; ++p) view.planes[p] = {planes[p].data, planes[p].stride};
+    return view;
+  }
+
   // Row `y` of plane `p` as samples of the format's width.
   template <class Sample>
   auto samples(int p, int y) const {
@@ -78,9 +88,7 @@ using Image = BasicImage<const std::byte>;
 using MutableImage = BasicImage<std::byte>;
 
 inline Image as_const(const MutableImage& image) {
-  Image view{image.format, image.size, {}};
-  for (std::size_t p = 0; p < 3; ++p) view.planes[p] = {image.planes[p].data, image.planes[p].stride};
-  return view;
+  return image;
 }
 
 // The part of `image` whose top-left pixel is (x, y); nothing is copied.

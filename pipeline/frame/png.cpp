@@ -35,21 +35,24 @@ void check(int code, const std::string& name) {
   throw InputError(fmt::format("{}: the PNG is damaged: {}", name, spng_strerror(code)));
 }
 
-// Refuses what can be told without decoding: sizes and animation.
+// Refuses what can be told without decoding: sizes, animation, and a file that does not reach its end.
 void check_chunks(std::span<const std::byte> file, const std::string& name) {
   constexpr std::size_t kFirstChunk = 8;
   constexpr std::size_t kFrame = 12;  // length, type and checksum of a chunk
+  constexpr std::uint32_t kEndChecksum = 0xae426082;
   for (std::size_t at = kFirstChunk; file.size() - at >= kFrame;) {
     const std::size_t length = word_at(file, at);
     const std::string_view type(reinterpret_cast<const char*>(file.data()) + at + 4, 4);
     if (type == "acTL")
       throw InputError(fmt::format("{}: is an animated PNG; expected a single picture", name));
-    if (at == kFirstChunk && type == "IHDR" && length == 13 && file.size() >= at + kFrame + 13) {
+    if (length > file.size() - at - kFrame) break;
+    if (at == kFirstChunk && type == "IHDR" && length == 13) {
       check_size(name, word_at(file, at + 8), word_at(file, at + 12));
     }
-    if (type == "IDAT" || type == "IEND" || length > file.size() - at - kFrame) return;
+    if (type == "IEND" && length == 0 && word_at(file, at + 8) == kEndChecksum) return;
     at += kFrame + length;
   }
+  throw InputError(fmt::format("{}: the PNG is cut short", name));
 }
 
 Context open_png(std::span<const std::byte> file, const std::string& name, spng_ihdr& header) {

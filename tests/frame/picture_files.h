@@ -1,0 +1,67 @@
+// Pictures and files for tests, well made and badly.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipeline/frame/image.h"
+
+namespace cupola {
+
+// A folder of its own, gone with the object.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path operator/(std::string_view name) const { return path_ / name; }
+  std::vector<std::string> names() const;  // of what is in it, sorted
+
+ private:
+  std::filesystem::path path_;
+};
+
+void write_text(const std::filesystem::path& path, std::string_view bytes);
+std::string read_text(const std::filesystem::path& path);
+
+// Every sample as a function of place and seed, all values occurring.
+ImageBuffer noise_picture(PixelFormat format, Size size, std::uint32_t seed = 1);
+// Smooth, as photographs are.
+ImageBuffer smooth_picture(PixelFormat format, Size size);
+
+// Sample `channel` (0 red, 1 green, 2 blue) of any format.
+int sample(const Image& image, int channel, int x, int y);
+inline int sample(const ImageBuffer& image, int channel, int x, int y) {
+  return sample(image.pixels(), channel, x, y);
+}
+// The largest difference of two pictures of equal size and depth.
+int largest_difference(const Image& a, const Image& b);
+
+// PNG, chunk by chunk.
+std::string png_chunk(std::string_view type, std::string_view data);
+std::string png_header(std::uint32_t width, std::uint32_t height, int depth, int colour_type,
+                       bool interlaced = false);
+// IDAT of rows that begin with their filter's byte.
+std::string png_data(std::string_view filtered_rows, int compression = 6);
+extern const std::string kPngSignature;
+extern const std::string kPngEnd;
+// RGB, 8 bits.
+std::string png_file(const Image& image, bool interlaced = false, std::string_view before_data = {});
+
+struct JpegKind {
+  int components = 3;  // 1 grey, 3 YCbCr, 4 CMYK
+  bool ycck = false;
+  bool progressive = false;
+  int sampling = 2;  // of luma, both ways
+  int quality = 95;
+};
+std::string jpeg_file(const Image& image, const JpegKind& kind = {});
+
+}  // namespace cupola
