@@ -34,6 +34,8 @@ class Display {
   virtual DisplayBuffer back_buffer() noexcept = 0;
   // Shows the back buffer at the first flip at or after `when`. Returns after the flip.
   virtual Presented present(std::chrono::nanoseconds when) noexcept = 0;
+  // The same for the frame that is shown already, once more; only after a present().
+  virtual Presented repeat(std::chrono::nanoseconds when) noexcept = 0;
   // Time between flips; 0 when the display takes frames at any time.
   virtual std::chrono::nanoseconds period() const noexcept = 0;
 };

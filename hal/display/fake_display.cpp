@@ -28,13 +28,18 @@ DisplayBuffer FakeDisplay::front_buffer() noexcept {
 }
 
 Presented FakeDisplay::present(std::chrono::nanoseconds when) noexcept {
+  const Presented shown = repeat(when);
+  if (shown.result == Present::kShown) back_ = 1 - back_;
+  return shown;
+}
+
+Presented FakeDisplay::repeat(std::chrono::nanoseconds when) noexcept {
   if (fate_ != Present::kShown) return {fate_, clock_.now()};
   const std::chrono::nanoseconds earliest = std::max(when, clock_.now());
   const std::int64_t periods =
       std::max<std::int64_t>(1, (earliest - last_flip_ + period_ - std::chrono::nanoseconds(1)) / period_);
   last_flip_ += periods * period_;
   clock_.sleep_until(last_flip_);
-  back_ = 1 - back_;
   ++frames_;
   return {Present::kShown, last_flip_};
 }

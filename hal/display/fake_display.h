@@ -20,13 +20,14 @@ class FakeDisplay final : public Display {
 
   DisplayBuffer back_buffer() noexcept override;
   Presented present(std::chrono::nanoseconds when) noexcept override;
+  Presented repeat(std::chrono::nanoseconds when) noexcept override;
   std::chrono::nanoseconds period() const noexcept override { return period_; }
 
   // From the next present() on.
   void close() { fate_ = Present::kClosed; }
   void lose() { fate_ = Present::kLost; }
 
-  std::int64_t frames() const { return frames_; }
+  std::int64_t frames() const { return frames_; }  // flips to a new or the same frame
   // The frame on the screen; all zero before the first.
   DisplayBuffer front_buffer() noexcept;
   // FNV-1a over the words of the frame on the screen, row by row.

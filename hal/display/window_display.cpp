@@ -81,11 +81,15 @@ DisplayBuffer WindowDisplay::back_buffer() noexcept {
 }
 
 Presented WindowDisplay::present(std::chrono::nanoseconds when) noexcept {
+  if (locked_.data) SDL_UnlockTexture(texture_.get());
+  locked_ = {};
+  return repeat(when);
+}
+
+Presented WindowDisplay::repeat(std::chrono::nanoseconds when) noexcept {
   handle_events();
   if (closed_) return {Present::kClosed, clock_.now()};
   if (lost_) return {Present::kLost, clock_.now()};
-  if (locked_.data) SDL_UnlockTexture(texture_.get());
-  locked_ = {};
   // Half a period early: with vertical sync SDL_RenderPresent waits for the flip itself.
   clock_.sleep_until(when - period_ / 2);
   const bool drawn = SDL_RenderClear(renderer_.get()) == 0 &&

@@ -26,6 +26,7 @@ class WindowDisplay final : public Display {
   DisplayBuffer back_buffer() noexcept
       override;  // no data where the driver refused it: the next present is kLost
   Presented present(std::chrono::nanoseconds when) noexcept override;
+  Presented repeat(std::chrono::nanoseconds when) noexcept override;
   std::chrono::nanoseconds period() const noexcept override { return period_; }
 
  private:

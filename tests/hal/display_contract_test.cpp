@@ -141,6 +141,20 @@ TEST_P(DisplayContract, ShowsLateFramesAtOnceAndOneAfterTheOther) {
   EXPECT_LT(clock_.now(), start + 10 * display_.period() + 2s);
 }
 
+TEST_P(DisplayContract, ShowsAFrameAgain) {
+  fill(0xff123456U);
+  std::chrono::nanoseconds before = display_.present(clock_.now()).flipped_at;
+  for (int i = 0; i < 3; ++i) {
+    const std::chrono::nanoseconds when = before + 5ms;
+    const Presented shown = display_.repeat(when);
+    EXPECT_EQ(shown.result, Present::kShown);
+    EXPECT_GE(shown.flipped_at, when);
+    before = shown.flipped_at;
+  }
+  stage_->close();
+  EXPECT_EQ(display_.repeat(before).result, Present::kClosed);
+}
+
 TEST_P(DisplayContract, KeepsItsPeriod) {
   EXPECT_GE(display_.period(), 0ns);
   EXPECT_LT(display_.period(), 1s);

@@ -45,6 +45,16 @@ TEST(FakeDisplay, KeepsTheLastFrame) {
   EXPECT_NE(display.back_buffer().data, back.data);
 }
 
+TEST(FakeDisplay, KeepsTheFrameOnTheScreenWhenItRepeats) {
+  FakeClock clock;
+  FakeDisplay display(clock, 3, 2, 1ms);
+  display.present(0ns);
+  const std::byte* front = display.front_buffer().data;
+  EXPECT_EQ(display.repeat(0ns).flipped_at, 2ms);
+  EXPECT_EQ(display.front_buffer().data, front);
+  EXPECT_EQ(display.frames(), 2);
+}
+
 TEST(FakeDisplay, IsLostWhenToldTo) {
   FakeClock clock;
   FakeDisplay display(clock, 3, 2, 1ms);

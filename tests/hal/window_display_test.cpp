@@ -71,6 +71,13 @@ TEST_F(Window, ShowsThePixelsItWasGiven) {
   }
 }
 
+TEST_F(Window, ShowsTheSamePixelsAgain) {
+  EXPECT_EQ(show(), Present::kShown);
+  EXPECT_EQ(window_.repeat(0ns).result, Present::kShown);
+  EXPECT_EQ(pixels(kWidth, kHeight)[static_cast<std::size_t>(20 * kWidth + 30)] | 0xff000000U,
+            colour(30, 20));
+}
+
 TEST_F(Window, KeepsTheShapeOfThePictureWhenResized) {
   EXPECT_EQ(show(), Present::kShown);
   SDL_SetWindowSize(sdl_window(), 3 * kWidth, kHeight);
