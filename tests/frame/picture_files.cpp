@@ -10,6 +10,7 @@
 #include <iterator>
 
 #include <jpeglib.h>
+#include <tiffio.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -195,6 +196,40 @@ std::string jpeg_file(const Image& image, const JpegKind& kind) {
   jpeg_destroy_compress(&compress);
   std::free(memory);
   return file;
+}
+
+const std::vector<TiffKind> kTiffKinds = {{"rgb", 8, 3, PHOTOMETRIC_RGB, COMPRESSION_NONE},
+                                          {"deep", 16, 3, PHOTOMETRIC_RGB, COMPRESSION_LZW},
+                                          {"alpha", 8, 4, PHOTOMETRIC_RGB, COMPRESSION_ADOBE_DEFLATE},
+                                          {"deep alpha", 16, 4, PHOTOMETRIC_RGB, COMPRESSION_PACKBITS}};
+
+void write_tiff(const std::filesystem::path& path, const Image& image, const TiffKind& kind,
+                const char* mode) {
+  TIFF* tiff = TIFFOpen(path.c_str(), mode);
+  TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, image.size.width);
+  TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, image.size.height);
+  TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, kind.bits);
+  TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, kind.samples);
+  TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, kind.photometric);
+  TIFFSetField(tiff, TIFFTAG_COMPRESSION, kind.compression);
+  TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+  TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 7);
+  std::vector<std::uint16_t> row(static_cast<std::size_t>(image.size.width) * kind.samples);
+  for (int y = 0; y < image.size.height; ++y) {
+    for (int x = 0; x < image.size.width; ++x) {
+      for (int c = 0; c < kind.samples; ++c) {
+        const auto at = static_cast<std::size_t>(x * kind.samples + c);
+        const int value = c < 3 ? sample(image, c, x, y) : 0;
+        if (kind.bits == 16) {
+          row[at] = static_cast<std::uint16_t>(value);
+        } else {
+          reinterpret_cast<std::uint8_t*>(row.data())[at] = static_cast<std::uint8_t>(value);
+        }
+      }
+    }
+    TIFFWriteScanline(tiff, row.data(), static_cast<std::uint32_t>(y), 0);
+  }
+  TIFFClose(tiff);
 }
 
 }  // namespace cupola

@@ -64,4 +64,16 @@ struct JpegKind {
 };
 std::string jpeg_file(const Image& image, const JpegKind& kind = {});
 
+struct TiffKind {
+  const char* name;
+  int bits;
+  int samples;
+  int photometric;
+  int compression;
+};
+extern const std::vector<TiffKind> kTiffKinds;  // RGB, lossless
+// `mode` as TIFFOpen has it.
+void write_tiff(const std::filesystem::path& path, const Image& image, const TiffKind& kind,
+                const char* mode = "w");
+
 }  // namespace cupola

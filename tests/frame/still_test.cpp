@@ -155,50 +155,10 @@ TEST(Jpeg, SkippedRowsAboveChangeNothingBelow) {
   }
 }
 
-struct TiffKind {
-  const char* name;
-  int bits;
-  int samples;
-  int photometric;
-  int compression;
-};
-
-void write_tiff(const std::filesystem::path& path, const Image& image, const TiffKind& kind,
-                const char* mode = "w") {
-  TIFF* tiff = TIFFOpen(path.c_str(), mode);
-  TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, image.size.width);
-  TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, image.size.height);
-  TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, kind.bits);
-  TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, kind.samples);
-  TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, kind.photometric);
-  TIFFSetField(tiff, TIFFTAG_COMPRESSION, kind.compression);
-  TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
-  TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 7);
-  std::vector<std::uint16_t> row(static_cast<std::size_t>(image.size.width) * kind.samples);
-  for (int y = 0; y < image.size.height; ++y) {
-    for (int x = 0; x < image.size.width; ++x) {
-      for (int c = 0; c < kind.samples; ++c) {
-        const auto at = static_cast<std::size_t>(x * kind.samples + c);
-        const int value = c < 3 ? sample(image, c, x, y) : 0;
-        if (kind.bits == 16) {
-          row[at] = static_cast<std::uint16_t>(value);
-        } else {
-          reinterpret_cast<std::uint8_t*>(row.data())[at] = static_cast<std::uint8_t>(value);
-        }
-      }
-    }
-    TIFFWriteScanline(tiff, row.data(), static_cast<std::uint32_t>(y), 0);
-  }
-  TIFFClose(tiff);
-}
-
 TEST(Tiff, ComesBackToTheBitInEveryLosslessKind) {
   const TemporaryFolder folder;
   for (const char* mode : {"wl", "wb", "w8"}) {  // both byte orders and BigTIFF
-    for (const TiffKind& kind : {TiffKind{"rgb", 8, 3, PHOTOMETRIC_RGB, COMPRESSION_NONE},
-                                 TiffKind{"deep", 16, 3, PHOTOMETRIC_RGB, COMPRESSION_LZW},
-                                 TiffKind{"alpha", 8, 4, PHOTOMETRIC_RGB, COMPRESSION_ADOBE_DEFLATE},
-                                 TiffKind{"deep alpha", 16, 4, PHOTOMETRIC_RGB, COMPRESSION_PACKBITS}}) {
+    for (const TiffKind& kind : kTiffKinds) {
       const ImageBuffer image =
           noise_picture(kind.bits == 16 ? PixelFormat::kRgbPlanar16 : PixelFormat::kRgbPlanar8, {29, 23});
       write_tiff(folder / "a.tif", image.pixels(), kind, mode);

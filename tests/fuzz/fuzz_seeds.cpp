@@ -1,0 +1,38 @@
+// Writes the seeds of the fuzzers: FOLDER/still and FOLDER/y4m.
+// SPDX-License-Identifier: MIT
+#include <cstdio>
+#include <string>
+
+#include "pipeline/frame/still.h"
+#include "tests/frame/picture_files.h"
+
+int main(int count, char** words) {
+  using namespace cupola;
+  if (count != 2) {
+    std::fputs("usage: fuzz_seeds FOLDER\n", stderr);
+    return 2;
+  }
+  const std::filesystem::path stills = std::filesystem::path(words[1]) / "still";
+  const std::filesystem::path videos = std::filesystem::path(words[1]) / "y4m";
+  const ImageBuffer image = smooth_picture(PixelFormat::kRgbPlanar8, {19, 11});
+  write_text(stills / "rgb.png", png_file(image.pixels()));
+  write_text(stills / "interlaced.png", png_file(image.pixels(), true));
+  write_png(stills / "deep.png", smooth_picture(PixelFormat::kRgb16, {9, 5}).pixels());
+  write_text(stills / "palette.png", kPngSignature + png_header(2, 1, 4, 3) + png_chunk("PLTE", "abcdef") +
+                                         png_data(std::string("\0\x10", 2)) + kPngEnd);
+  write_text(stills / "grey_alpha.png",
+             kPngSignature + png_header(1, 1, 16, 4) + png_data(std::string(5, '\0')) + kPngEnd);
+  for (const bool progressive : {false, true}) {
+    for (const int components : {1, 3, 4}) {
+      write_text(stills / (std::to_string(components) + (progressive ? "p.jpg" : ".jpg")),
+                 jpeg_file(image.pixels(), {.components = components, .progressive = progressive}));
+    }
+  }
+  for (const TiffKind& kind : kTiffKinds)
+    write_tiff(stills / (std::string(kind.name) + ".tif"), image.pixels(), kind);
+  for (const std::string tag :
+       {"420jpeg", "420mpeg2", "420paldv", "422", "444", "mono", "420p10", "444p16", "mono12"}) {
+    write_text(videos / (tag + ".y4m"),
+               "YUV4MPEG2 W2 H2 F25:1 Ip A1:1 C" + tag + " XCOLORRANGE=FULL\nFRAME\n" + std::string(24, 'x'));
+  }
+}
