@@ -78,7 +78,9 @@ double fisheye_angle(const std::array<double, 8>& k, double radius, double limit
   return angle;
 }
 
-// The distorted plane point of direction `d` with its gradients by d. False where the model does not reach.
+// The distorted plane point of direction `d`, and unless kGradients is false its gradients by d. False where the
+// model does not reach.
+template <bool kGradients>
 bool plane_point(const View& view, const Vec3& d, PlanePoint& p, Vec3& da, Vec3& db) {
   const double x = glm::dot(d, view.right);
   const double y = glm::dot(d, view.up);
@@ -107,8 +109,10 @@ bool plane_point(const View& view, const Vec3& d, PlanePoint& p, Vec3& da, Vec3&
   }
   if (!(z > 0.0 && z * z > 1e-12 * square)) return false;
   p = {x / z, -y / z};
-  da = (view.right - p.a * view.forward) / z;
-  db = (-view.up - p.b * view.forward) / z;
+  if constexpr (kGradients) {
+    da = (view.right - p.a * view.forward) / z;
+    db = (-view.up - p.b * view.forward) / z;
+  }
   if (view.distortion == Distortion::kRadialTangential) {
     if (p.a * p.a + p.b * p.b > view.limit * view.limit) return false;
     PlaneJacobian j{};
@@ -125,7 +129,7 @@ bool share(const View& view, const Vec3& d, Vec2& at) {
   PlanePoint p{};
   Vec3 da;
   Vec3 db;
-  if (!plane_point(view, d, p, da, db)) return false;
+  if (!plane_point<false>(view, d, p, da, db)) return false;
   at = {p.a * view.focal.x + view.principal.x, p.b * view.focal.y + view.principal.y};
   return true;
 }
@@ -180,7 +184,7 @@ bool project(const View& view, const Vec3& d, Vec2& uv) {
 
 bool project(const View& view, const Vec3& d, ViewSample& sample) {
   PlanePoint p{};
-  if (!plane_point(view, d, p, sample.du, sample.dv)) return false;
+  if (!plane_point<true>(view, d, p, sample.du, sample.dv)) return false;
   const double width = view.size.width;
   const double height = view.size.height;
   sample.uv = {(p.a * view.focal.x + view.principal.x) * width,

@@ -1,0 +1,18 @@
+// Machines for which there is the scalar kernel only.
+// SPDX-License-Identifier: MIT
+#include "pipeline/warp/cpu.h"
+#include "pipeline/warp/tile_kernel.h"
+
+namespace cupola {
+
+bool supported(Cpu cpu) {
+  return cpu == Cpu::kScalar;
+}
+Cpu best_cpu() {
+  return Cpu::kScalar;
+}
+TileKernel tile_kernel(Cpu) {
+  return run_tile_scalar;
+}
+
+}  // namespace cupola

@@ -1,0 +1,37 @@
+// What an x86-64 machine can run.
+// SPDX-License-Identifier: MIT
+#include "pipeline/warp/cpu.h"
+#include "pipeline/warp/tile_kernel.h"
+
+namespace cupola {
+
+bool supported(Cpu cpu) {
+  switch (cpu) {
+    case Cpu::kScalar:
+      return true;
+    case Cpu::kAvx2:
+      return __builtin_cpu_supports("avx2") != 0;
+    case Cpu::kAvx512:
+      return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+             __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
+             __builtin_cpu_supports("avx512vbmi") && __builtin_cpu_supports("avx512vnni");
+  }
+  return false;
+}
+
+Cpu best_cpu() {
+  return supported(Cpu::kAvx512) ? Cpu::kAvx512 : supported(Cpu::kAvx2) ? Cpu::kAvx2 : Cpu::kScalar;
+}
+
+TileKernel tile_kernel(Cpu cpu) {
+  switch (cpu) {
+    case Cpu::kAvx2:
+      return run_tile_avx2;
+    case Cpu::kAvx512:
+      return run_tile_avx512;
+    default:
+      return run_tile_scalar;
+  }
+}
+
+}  // namespace cupola

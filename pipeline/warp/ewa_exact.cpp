@@ -1,0 +1,157 @@
+// Every step of the filter written out; shares nothing with the table builder but the optics.
+// SPDX-License-Identifier: MIT
+#include "pipeline/warp/ewa_exact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace cupola {
+namespace {
+
+struct Jacobian {
+  double ux, uy, vx, vy;  // texels a pixel
+};
+
+// J = R(a) diag(s1, s2) R(b): both singular values are raised to `least`.
+Jacobian raise_singular_values(const Jacobian& j, double least) {
+  const double e = (j.ux + j.vy) / 2;
+  const double f = (j.ux - j.vy) / 2;
+  const double g = (j.vx + j.uy) / 2;
+  const double h = (j.vx - j.uy) / 2;
+  const double q = std::hypot(e, h);
+  const double r = std::hypot(f, g);
+  double s1 = q + r;
+  double s2 = q - r;  // its sign is that of the determinant
+  if (std::abs(s2) >= least) return j;
+  const double a1 = std::atan2(g, f);
+  const double a2 = std::atan2(h, e);
+  const double a = (a2 + a1) / 2;
+  const double b = (a2 - a1) / 2;
+  s1 = std::max(s1, least);
+  s2 = std::copysign(std::max(std::abs(s2), least), s2);
+  return {std::cos(a) * s1 * std::cos(b) - std::sin(a) * s2 * std::sin(b),
+          -std::cos(a) * s1 * std::sin(b) - std::sin(a) * s2 * std::cos(b),
+          std::sin(a) * s1 * std::cos(b) + std::cos(a) * s2 * std::sin(b),
+          -std::sin(a) * s1 * std::sin(b) + std::cos(a) * s2 * std::cos(b)};
+}
+
+struct Ellipse {
+  double u0, v0;
+  double a, b, c, f;
+
+  double q(double u, double v) const {
+    const double du = u - u0;
+    const double dv = v - v0;
+    return (a * du * du + b * du * dv + c * dv * dv) / f;
+  }
+};
+
+double texel(const Image& face, int channel, int x, int y) {
+  return face.format == PixelFormat::kRgbPlanar16 ? face.samples<std::uint16_t>(channel, y)[x]
+                                                  : face.samples<std::uint8_t>(channel, y)[x];
+}
+
+struct WeightedSum {
+  std::array<double, 3> num{};
+  double den = 0.0;
+
+  void add(double weight, const Image& face, int x, int y) {
+    for (int channel = 0; channel < 3; ++channel) num[channel] += weight * texel(face, channel, x, y);
+    den += weight;
+  }
+};
+
+// An angle around `d` within which all of the box of half sides (wide, high) about the ellipse's centre lies.
+double angle_around(const View& home, const Vec3& d, const ViewSample& at, double wide, double high) {
+  if (home.distortion != Distortion::kNone) {
+    // Texels a radian, in the direction where they are fewest; doubled, since the model bends.
+    const double uu = glm::dot(at.du, at.du);
+    const double vv = glm::dot(at.dv, at.dv);
+    const double uv = glm::dot(at.du, at.dv);
+    const double fewest = std::sqrt(std::max(1e-12, (uu + vv) / 2 - std::hypot((uu - vv) / 2, uv)));
+    return std::min(2.0 * std::hypot(wide, high) / fewest, 1.5);
+  }
+  double least = 1.0;
+  for (const double u : {at.uv.x - wide, at.uv.x + wide}) {
+    for (const double v : {at.uv.y - high, at.uv.y + high}) {
+      least = std::min(least, glm::dot(d, direction_at(home, {u, v})));
+    }
+  }
+  return std::min(std::acos(std::clamp(least, -1.0, 1.0)) + 1e-9, 1.57);
+}
+
+}  // namespace
+
+std::array<double, 3> ewa_exact(const Rig& rig, std::span<const Image> faces, int x, int y) {
+  DirectionAndSlope looking;
+  if (!ray(rig.frame, {x + 0.5, y + 0.5}, looking)) return {};
+  const int home = owner(rig.views, looking.direction);
+  if (home < 0) return {};
+  const View& view = rig.views[static_cast<std::size_t>(home)];
+  ViewSample at;
+  if (!project(view, looking.direction, at)) return {};
+
+  const FilterSettings& filter = rig.filter;
+  const Jacobian j = raise_singular_values({glm::dot(at.du, looking.d_da), glm::dot(at.du, looking.d_db),
+                                            glm::dot(at.dv, looking.d_da), glm::dot(at.dv, looking.d_db)},
+                                           smallest_axis(filter));
+  Ellipse ellipse{at.uv.x,
+                  at.uv.y,
+                  j.vx * j.vx + j.vy * j.vy + filter.rec,
+                  -2.0 * (j.ux * j.vx + j.uy * j.vy),
+                  j.ux * j.ux + j.uy * j.uy + filter.rec,
+                  0.0};
+  ellipse.f = ellipse.a * ellipse.c - ellipse.b * ellipse.b / 4.0;
+  const double limit = filter.radius * filter.radius;
+  const double wide = filter.radius * std::sqrt(ellipse.c);
+  const double high = filter.radius * std::sqrt(ellipse.a);
+
+  WeightedSum sum;
+  const int x0 = static_cast<int>(std::max(0.0, std::floor(at.uv.x - wide - 0.5)));
+  const int x1 = static_cast<int>(std::min(view.size.width - 1.0, std::ceil(at.uv.x + wide - 0.5)));
+  const int y0 = static_cast<int>(std::max(0.0, std::floor(at.uv.y - high - 0.5)));
+  const int y1 = static_cast<int>(std::min(view.size.height - 1.0, std::ceil(at.uv.y + high - 0.5)));
+  for (int v = y0; v <= y1; ++v) {
+    for (int u = x0; u <= x1; ++u) {
+      const double q = ellipse.q(u + 0.5, v + 0.5);
+      if (q >= limit || owner(rig.views, direction_at(view, {u + 0.5, v + 0.5})) != home) continue;
+      sum.add(std::exp(-filter.alpha * q), faces[home], u, v);
+    }
+  }
+
+  const double angle = angle_around(view, looking.direction, at, wide, high);
+  for (std::size_t other = 0; other < rig.views.size(); ++other) {
+    if (static_cast<int>(other) == home) continue;
+    const View& own = rig.views[other];
+    const TexelBox box = texels_near(own, looking.direction, angle);
+    for (int v = box.y0; v < box.y1; ++v) {
+      for (int u = box.x0; u < box.x1; ++u) {
+        const Vec3 d = direction_at(own, {u + 0.5, v + 0.5});
+        ViewSample in_home;
+        if (glm::dot(d, looking.direction) <= 0.0 || !project(view, d, in_home)) continue;
+        const double q = ellipse.q(in_home.uv.x, in_home.uv.y);
+        if (q >= limit || owner(rig.views, d) != static_cast<int>(other)) continue;
+        ViewSample in_own;
+        project(own, d, in_own);
+        sum.add(std::exp(-filter.alpha * q) * density(in_home, d) / density(in_own, d), faces[other], u, v);
+      }
+    }
+  }
+  if (!(sum.den > 0.0)) return {};
+  return {sum.num[0] / sum.den, sum.num[1] / sum.den, sum.num[2] / sum.den};
+}
+
+std::vector<double> ewa_exact_frame(const Rig& rig, std::span<const Image> faces, WorkerPool& pool) {
+  const auto width = static_cast<std::size_t>(rig.frame.size.width);
+  std::vector<double> frame(width * static_cast<std::size_t>(rig.frame.size.height) * 3);
+  pool.run(rig.frame.size.height, [&](int y) {
+    for (std::size_t x = 0; x < width; ++x) {
+      const std::array<double, 3> rgb = ewa_exact(rig, faces, static_cast<int>(x), y);
+      std::copy(rgb.begin(), rgb.end(), frame.begin() + static_cast<std::ptrdiff_t>((y * width + x) * 3));
+    }
+  });
+  return frame;
+}
+
+}  // namespace cupola

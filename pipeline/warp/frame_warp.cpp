@@ -1,0 +1,47 @@
+// From a method's name to a warp made ready.
+// SPDX-License-Identifier: MIT
+#include "pipeline/warp/frame_warp.h"
+
+#include "pipeline/warp/ewa_warp.h"
+#include "pipeline/warp/slow_warp.h"
+#include "pipeline/warp/table_build.h"
+
+namespace cupola {
+namespace {
+
+// A table warp that owns its table.
+class OwningTableWarp final : public FrameWarp {
+ public:
+  OwningTableWarp(const Rig& rig, Cpu cpu, WorkerPool& pool)
+      : table_(build_warp_table(rig, pool)), warp_(make_table_warp(table_, cpu, pool)) {}
+
+  std::span<const NeededRegion> needed() const override { return warp_->needed(); }
+  std::size_t table_bytes() const override { return warp_->table_bytes(); }
+  void warp(std::span<const Image> faces, const MutableImage& frame) noexcept override {
+    warp_->warp(faces, frame);
+  }
+
+ private:
+  WarpTable table_;
+  std::unique_ptr<FrameWarp> warp_;
+};
+
+}  // namespace
+
+std::unique_ptr<FrameWarp> make_frame_warp(const Rig& rig, Method method, Cpu cpu, WorkerPool& pool) {
+  switch (method) {
+    case Method::kEwa:
+      return std::make_unique<OwningTableWarp>(rig, cpu, pool);
+    case Method::kEwaExact:
+      return make_exact_warp(rig, pool);
+    case Method::kEwaScan:
+    case Method::kEwaScanInteger:
+      return make_scan_warp(rig, method, pool);
+    case Method::kBilinear:
+    case Method::kNearest:
+      return make_point_warp(rig, method, pool);
+  }
+  return nullptr;
+}
+
+}  // namespace cupola

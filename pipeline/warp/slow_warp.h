@@ -1,0 +1,17 @@
+// The methods beside the table: the reference, the 1986 scan and the samplers it is compared with.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+
+#include "pipeline/warp/frame_warp.h"
+
+namespace cupola {
+
+// `rig` is borrowed for the warp's life.
+std::unique_ptr<FrameWarp> make_exact_warp(const Rig& rig, WorkerPool& pool);
+std::unique_ptr<FrameWarp> make_point_warp(const Rig& rig, Method method,
+                                           WorkerPool& pool);  // kNearest, kBilinear
+std::unique_ptr<FrameWarp> make_scan_warp(const Rig& rig, Method method, WorkerPool& pool);  // kEwaScan...
+
+}  // namespace cupola
