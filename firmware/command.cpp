@@ -1,0 +1,65 @@
+// Options that every command takes.
+// SPDX-License-Identifier: MIT
+#include "firmware/command.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "pipeline/frame/error.h"
+
+namespace cupola {
+
+Command::Command(CLI::App& program, const std::string& name, const std::string& description,
+                 const std::string& examples)
+    : options_(program.add_subcommand(name, description)) {
+  options_->footer("Examples:\n" + examples);
+  options_->add_option("--threads", threads_, "Threads to work with; one a core unless given")
+      ->check(CLI::Range(1, 256))
+      ->type_name("N");
+  options_
+      ->add_option(
+          "--cpu", cpu_,
+          fmt::format("Instruction set: {}; the fastest there is unless given", fmt::join(kCpuNames, ", ")))
+      ->type_name("NAME");
+  repeatable("--set", overrides_, "Lay a value over the config file, as in --set frame.width=1024")
+      ->type_name("KEY=VALUE");
+}
+
+CLI::Option* Command::repeatable(const std::string& name, std::vector<std::string>& values,
+                                 const std::string& description) {
+  return options_->add_option(name, values, description)->allow_extra_args(false)->type_name("TEXT");
+}
+
+Cpu Command::cpu() const {
+  if (cpu_.empty()) return best_cpu();
+  const auto* const found = std::find(std::begin(kCpuNames), std::end(kCpuNames), cpu_);
+  if (found == std::end(kCpuNames)) {
+    throw InputError(fmt::format("--cpu {}: expected {}", cpu_, fmt::join(kCpuNames, ", ")));
+  }
+  const Cpu cpu = static_cast<Cpu>(found - std::begin(kCpuNames));
+  if (!supported(cpu)) throw InputError(fmt::format("--cpu {}: this machine does not have it", cpu_));
+  return cpu;
+}
+
+std::string grouped(std::int64_t number) {
+  std::string digits = fmt::format("{}", number);
+  for (std::ptrdiff_t i = static_cast<std::ptrdiff_t>(digits.size()) - 3; i > (number < 0 ? 1 : 0); i -= 3) {
+    digits.insert(static_cast<std::size_t>(i), ",");
+  }
+  return digits;
+}
+
+void expect_png_name(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  for (const std::string_view other : {".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".bmp", ".ppm", ".webp"}) {
+    if (ending == other)
+      throw InputError(path + ": expected a name that ends in .png: pictures are written as PNG");
+  }
+}
+
+}  // namespace cupola

@@ -1,0 +1,56 @@
+// What the program's commands have in common.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipeline/frame/image.h"
+#include "pipeline/warp/cpu.h"
+
+namespace cupola {
+
+// Made before the command line is read, to say what there is to give; run when it was the one chosen.
+class Command {
+ public:
+  Command(CLI::App& program, const std::string& name, const std::string& description,
+          const std::string& examples);
+  virtual ~Command() = default;
+  Command(const Command&) = delete;
+  Command& operator=(const Command&) = delete;
+
+  bool chosen() const { return options_->parsed(); }
+  // Throws InputError or Failure. Returns the exit code.
+  virtual int run() = 0;
+
+ protected:
+  CLI::App& options() { return *options_; }
+  // An option that may be given several times, with one value each.
+  CLI::Option* repeatable(const std::string& name, std::vector<std::string>& values,
+                          const std::string& description);
+  int threads() const { return threads_; }  // 0: one a core
+  Cpu cpu() const;                          // throws InputError when the machine lacks it
+  const std::vector<std::string>& overrides() const { return overrides_; }
+
+ private:
+  CLI::App* options_;
+  int threads_ = 0;
+  std::string cpu_;
+  std::vector<std::string> overrides_;
+};
+
+std::unique_ptr<Command> make_warp_command(CLI::App& program);
+std::unique_ptr<Command> make_render_command(CLI::App& program);
+std::unique_ptr<Command> make_play_command(CLI::App& program);
+std::unique_ptr<Command> make_table_command(CLI::App& program);
+std::unique_ptr<Command> make_check_command(CLI::App& program);
+
+// 1234567 as "1,234,567".
+std::string grouped(std::int64_t number);
+// Refuses names of kinds of file that are not written: only PNG is.
+void expect_png_name(const std::string& path);
+
+}  // namespace cupola

@@ -1,0 +1,158 @@
+// cupola play: a show on a display, in real time.
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "firmware/command.h"
+#include "firmware/file_display.h"
+#include "firmware/frame_loop.h"
+#include "firmware/show_frames.h"
+#include "hal/display/fake_display.h"
+#include "hal/time/clock.h"
+#include "pipeline/frame/atomic_file.h"
+#include "pipeline/frame/error.h"
+#ifdef CUPOLA_WINDOW
+#include "hal/display/window_display.h"
+#endif
+
+namespace cupola {
+namespace {
+
+class PlayCommand final : public Command {
+ public:
+  explicit PlayCommand(CLI::App& program)
+      : Command(
+            program, "play", "Play a show",
+            "  cupola play demo\n"
+            "  cupola play my-show.toml --display window --set rig.tilt_deg=20\n"
+            "  cupola play demo --display fake --seconds 60 --stats stats.json\n"
+            "  cupola play demo --display file --out frames --seconds 2\n"
+            "\n"
+            "In a window, F fills the screen, Esc and q end the show.\n"
+            "In the stats, heap_allocations counts calls of operator new by the frame loop's thread and the\n"
+            "warp's threads after the first frame was asked for; C libraries' own malloc is not in it.\n") {
+    options().add_option("show", show_, "The show's file, or the name of one in config/shows")->required();
+    options()
+        .add_option("--display", display_,
+                    "auto, window, file (one PNG a frame, not in real time) or fake (60 Hz)")
+        ->check(CLI::IsMember({"auto", "window", "file", "fake"}))
+        ->type_name("NAME");
+    options().add_option("--rig", rig_, "Another rig than the show's")->type_name("FILE");
+    options().add_option("--out", out_, "The folder for --display file")->type_name("DIR");
+    options()
+        .add_option("--seconds", seconds_, "Play so much of the show")
+        ->check(CLI::Range(0.0, 1e9))
+        ->type_name("N");
+    options().add_option("--stats", stats_, "Write what was counted as JSON")->type_name("FILE");
+    options().add_flag("--fast-forward", fast_forward_,
+                       "Do not wait for the time of a frame (fake display only)");
+  }
+
+  int run() override;
+
+ private:
+  std::unique_ptr<Display> open_display(Clock& clock, const Show& show) const;
+  void write_stats(const FrameLoop& loop, const Show& show, Cpu on, int pool_threads) const;
+
+  std::string show_;
+  std::string rig_;
+  std::string display_ = "auto";
+  std::string out_;
+  double seconds_ = 0.0;
+  std::string stats_;
+  bool fast_forward_ = false;
+};
+
+bool has_desktop() {
+  for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY"}) {
+    const char* value = std::getenv(name);
+    if (value && *value) return true;
+  }
+  return false;
+}
+
+std::unique_ptr<Display> PlayCommand::open_display(Clock& clock, const Show& show) const {
+  const Size size = show.rig.frame.size;
+  if (display_ == "fake") return std::make_unique<FakeDisplay>(clock, size.width, size.height);
+  if (display_ == "file") return std::make_unique<FileDisplay>(clock, out_, show.name, size);
+  if (display_ == "auto" && !has_desktop()) {
+    throw Failure("play: there is no desktop; expected --display file with --out DIR, or --display fake");
+  }
+#ifdef CUPOLA_WINDOW
+  return std::make_unique<WindowDisplay>(clock, "Cupola: " + show.name, size.width, size.height);
+#else
+  throw Failure("play: this program was built without windows");
+#endif
+}
+
+void PlayCommand::write_stats(const FrameLoop& loop, const Show& show, Cpu on, int pool_threads) const {
+  const LoopCounts& counts = loop.counts();
+  std::vector<double> times = loop.warp_ms();
+  std::sort(times.begin(), times.end());
+  const auto share = [&](double part) {
+    return times.empty() ? 0.0
+                         : times[static_cast<std::size_t>(part * static_cast<double>(times.size() - 1))];
+  };
+  const nlohmann::ordered_json stats = {{"frames_presented", counts.frames_presented},
+                                        {"frames_late", counts.frames_late},
+                                        {"frames_dropped", counts.frames_dropped},
+                                        {"frames_unchanged", counts.frames_unchanged},
+                                        {"frames_failed", counts.frames_failed},
+                                        {"heap_allocations", counts.heap_allocations},
+                                        {"heap_allocations_elsewhere", counts.heap_allocations_elsewhere},
+                                        {"pixel_bytes_copied", counts.pixel_bytes_copied},
+                                        {"warp_ms_median", share(0.5)},
+                                        {"warp_ms_p99_9", share(0.999)},
+                                        {"warp_ms_max", share(1.0)},
+                                        {"show", show.name},
+                                        {"display", display_},
+                                        {"cpu", name(on)},
+                                        {"threads", pool_threads}};
+  AtomicFile file(stats_);
+  file.write(stats.dump(2) + "\n");
+  file.commit();
+}
+
+int PlayCommand::run() {
+  const Cpu on = cpu();
+  if ((display_ == "file") != !out_.empty())
+    throw InputError("play: --display file and --out DIR belong together");
+  if (fast_forward_ && display_ != "fake") throw InputError("play: --fast-forward is for --display fake");
+  WorkerPool pool(threads());
+  const Show what = load_show(show_, overrides(), rig_);
+  MonotonicClock real;
+  FakeClock fake;
+  Clock& clock = fast_forward_ || display_ == "file" ? static_cast<Clock&>(fake) : static_cast<Clock&>(real);
+  ShowFrames frames(what, Method::kEwa, on, pool);
+  if (fast_forward_ && seconds_ == 0.0 && !frames.timeline().length()) {
+    throw InputError(fmt::format("{}: the show never ends; expected --seconds N", show_));
+  }
+  std::unique_ptr<Display> display;
+  try {
+    display = open_display(clock, what);
+  } catch (const std::runtime_error& error) {
+    throw Failure(error.what());
+  }
+  FrameLoop loop(frames, *display, clock, pool);
+  std::optional<std::chrono::nanoseconds> time;
+  if (seconds_ > 0.0) time = std::chrono::nanoseconds(std::llround(seconds_ * 1e9));
+  const LoopEnd end = loop.run(time);
+  if (!stats_.empty()) write_stats(loop, what, on, pool.threads());
+  if (end == LoopEnd::kLost) {
+    const auto* files = dynamic_cast<const FileDisplay*>(display.get());
+    throw Failure(files ? files->trouble() : "play: the display was lost");
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::unique_ptr<Command> make_play_command(CLI::App& program) {
+  return std::make_unique<PlayCommand>(program);
+}
+
+}  // namespace cupola

@@ -1,0 +1,163 @@
+// cupola table: what a rig's warp table holds, what it reads and how exact it is.
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "firmware/command.h"
+#include "firmware/pictures.h"
+#include "firmware/show.h"
+#include "pipeline/frame/still.h"
+#include "pipeline/optics/frame_map.h"
+#include "pipeline/source/generated_source.h"
+#include "pipeline/warp/frame_warp.h"
+#include "pipeline/warp/table_build.h"
+
+namespace cupola {
+namespace {
+
+class TableCommand final : public Command {
+ public:
+  explicit TableCommand(CLI::App& program)
+      : Command(program, "table", "Say what a rig's warp table holds and how exact it is",
+                "  cupola table --rig omnimax\n"
+                "  cupola table --rig omnimax --picture needed.png --map views.png\n"
+                "  cupola table --rig domemaster-4k-5 --face-size 2048 --set filter.table=precise\n") {
+    options()
+        .add_option("--rig", rig_, "The rig's file, or the name of one in config/rigs")
+        ->required()
+        ->type_name("FILE");
+    options()
+        .add_option("--face-size", face_size_, "Sides of the faces, texels, where the rig does not say")
+        ->check(CLI::Range(1, 16384))
+        ->type_name("N");
+    options()
+        .add_option("--picture", picture_, "Draw the unfolded cube, dark where nothing is needed")
+        ->type_name("OUT.png");
+    options()
+        .add_option("--map", map_, "Draw the frame in the colours of the views that feed it")
+        ->type_name("OUT.png");
+  }
+
+  int run() override;
+
+ private:
+  void draw_cube(const Rig& rig, std::span<const NeededRegion> needed, WorkerPool& pool) const;
+
+  std::string rig_;
+  int face_size_ = 1024;
+  std::string picture_;
+  std::string map_;
+};
+
+// Faces of even noise, the hardest picture for fixed-point weights.
+std::vector<ImageBuffer> noise(const Rig& rig) {
+  std::vector<ImageBuffer> faces;
+  std::uint32_t state = 12345;
+  for (const View& view : rig.views) {
+    ImageBuffer& face = faces.emplace_back(PixelFormat::kRgbPlanar8, view.size);
+    for (int plane = 0; plane < 3; ++plane) {
+      for (int y = 0; y < view.size.height; ++y) {
+        auto* row = face.pixels().samples<std::uint8_t>(plane, y);
+        for (int x = 0; x < view.size.width; ++x) {
+          state = state * 1664525U + 1013904223U;
+          row[x] = static_cast<std::uint8_t>(state >> 24U);
+        }
+      }
+    }
+  }
+  return faces;
+}
+
+struct Difference {
+  double rms = 0.0;
+  double max = 0.0;
+};
+
+// In 8-bit steps, over pixels that some view covers. `exact` has 16 bits a sample, so that its own rounding,
+// at most 1/514 of a step, does not count.
+Difference difference(const Image& frame, const Image& exact, const FrameMap& map) {
+  Difference result;
+  double squares = 0.0;
+  for (int y = 0; y < map.size.height; ++y) {
+    for (int plane = 0; plane < 3; ++plane) {
+      const auto* coarse = frame.samples<std::uint8_t>(plane, y);
+      const auto* fine = exact.samples<std::uint16_t>(plane, y);
+      for (int x = 0; x < map.size.width; ++x) {
+        if (map.at(x, y) >= FrameMap::kUncovered) continue;
+        const double steps = std::abs(coarse[x] - fine[x] / 257.0);
+        squares += steps * steps;
+        result.max = std::max(result.max, steps);
+      }
+    }
+  }
+  result.rms = std::sqrt(squares / std::max(1.0, 3.0 * static_cast<double>(map.in_image - map.uncovered)));
+  return result;
+}
+
+void TableCommand::draw_cube(const Rig& rig, std::span<const NeededRegion> needed, WorkerPool& pool) const {
+  GeneratedSource source(rig.views, rig.world_from_lens, make_world("demo"), 60.0, pool);
+  std::vector<NeededRegion> all;
+  for (const View& view : rig.views) all.push_back(NeededRegion::all(view.size));
+  source.prepare(all);
+  FaceSet set;
+  source.fetch(0, set);
+  const ImageBuffer picture = unfolded(rig, set.faces, needed);
+  write_png(picture_, picture.pixels());
+}
+
+int TableCommand::run() {
+  const Cpu on = cpu();
+  for (const std::string& out : {picture_, map_}) expect_png_name(out);
+  WorkerPool pool(threads());
+  Rig rig = load_named_rig(rig_, overrides());
+  std::vector<Size> sizes;
+  for (const View& view : rig.views) {
+    sizes.push_back(view.size == Size{} ? Size{face_size_, face_size_} : view.size);
+  }
+  set_view_sizes(rig, sizes);
+
+  const WarpTable table = build_warp_table(rig, pool);
+  const FrameMap map = map_frame(rig, pool);
+  fmt::print("{}: {} x {} pixels, {} in the image\n", rig.file.string(), rig.frame.size.width,
+             rig.frame.size.height, grouped(map.in_image));
+  fmt::print("table       {} bytes\n", grouped(static_cast<std::int64_t>(table.bytes())));
+  fmt::print("taps        {}, {:.2f} a pixel\n", grouped(table.taps),
+             static_cast<double>(table.taps) /
+                 std::max<double>(1.0, static_cast<double>(map.in_image - map.uncovered)));
+  for (std::size_t i = 0; i < rig.views.size(); ++i) {
+    const View& view = rig.views[i];
+    const double all = static_cast<double>(view.size.width) * view.size.height;
+    const std::int64_t texels = table.needed[i].texels();
+    fmt::print("needs       {} of {}'s {} x {} texels, {:.1f} %\n", grouped(texels), view.name,
+               view.size.width, view.size.height, 100.0 * static_cast<double>(texels) / all);
+  }
+  fmt::print("uncovered   {} pixels\n", grouped(map.uncovered));
+
+  const std::vector<ImageBuffer> buffers = noise(rig);
+  std::vector<Image> faces;
+  for (const ImageBuffer& face : buffers) faces.push_back(face.pixels());
+  ImageBuffer frame(PixelFormat::kRgbPlanar8, rig.frame.size);
+  ImageBuffer exact(PixelFormat::kRgbPlanar16, rig.frame.size);
+  make_frame_warp(rig, Method::kEwa, on, pool)->warp(faces, frame.pixels());
+  make_frame_warp(rig, Method::kEwaExact, on, pool)->warp(faces, exact.pixels());
+  const Difference error = difference(as_const(frame.pixels()), as_const(exact.pixels()), map);
+  fmt::print("error       {:.3f} steps RMS, {:.3f} at most, on noise, against ewa-exact\n", error.rms,
+             error.max);
+
+  if (!picture_.empty()) draw_cube(rig, table.needed, pool);
+  if (!map_.empty()) {
+    const ImageBuffer picture = coloured(map);
+    write_png(map_, picture.pixels());
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::unique_ptr<Command> make_table_command(CLI::App& program) {
+  return std::make_unique<TableCommand>(program);
+}
+
+}  // namespace cupola

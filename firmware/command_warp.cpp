@@ -1,0 +1,134 @@
+// cupola warp: one set of faces to one frame, once or many times.
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "firmware/command.h"
+#include "firmware/face_options.h"
+#include "firmware/interrupt.h"
+#include "firmware/show.h"
+#include "hal/time/clock.h"
+#include "pipeline/frame/atomic_file.h"
+#include "pipeline/frame/error.h"
+#include "pipeline/frame/still.h"
+#include "pipeline/optics/frame_map.h"
+#include "pipeline/settings/settings.h"
+#include "pipeline/warp/frame_warp.h"
+
+namespace cupola {
+namespace {
+
+class WarpCommand final : public Command {
+ public:
+  explicit WarpCommand(CLI::App& program)
+      : Command(program, "warp", "Warp one set of faces to one frame",
+                "  cupola warp --rig omnimax --view front=f.png --view left=l.png --view right=r.png \\\n"
+                "      --view top=t.png --out frame.png\n"
+                "  cupola warp --rig my-dome.toml --atlas cube.png --layout 3x2 \\\n"
+                "      --faces front,right,back,left,top,bottom --out frame.png --method ewa-exact\n"
+                "  cupola warp --rig omnimax --world demo --out frame.png --repeat 100 --stats stats.json\n"),
+        faces_(options()) {
+    options()
+        .add_option("--rig", rig_, "The rig's file, or the name of one in config/rigs")
+        ->required()
+        ->type_name("FILE");
+    options().add_option("--out", out_, "The frame, a PNG")->required()->type_name("IMG");
+    options()
+        .add_option("--method", method_, fmt::format("{}", fmt::join(kMethodNames, ", ")))
+        ->type_name("NAME");
+    options()
+        .add_option("--repeat", repeat_, "Do the whole warp N times")
+        ->check(CLI::Range(1, 1'000'000'000))
+        ->type_name("N");
+    options().add_option("--stats", stats_, "Write times and counts as JSON")->type_name("FILE");
+  }
+
+  int run() override;
+
+ private:
+  Method method() const {
+    const auto* const found = std::find(std::begin(kMethodNames), std::end(kMethodNames), method_);
+    if (found != std::end(kMethodNames)) return static_cast<Method>(found - std::begin(kMethodNames));
+    const std::string_view nearest = nearest_name(method_, kMethodNames);
+    throw InputError(fmt::format("--method {}: expected {}{}", method_, fmt::join(kMethodNames, ", "),
+                                 nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest)));
+  }
+
+  FaceOptions faces_;
+  std::string rig_;
+  std::string out_;
+  std::string method_ = "ewa";
+  std::int64_t repeat_ = 1;
+  std::string stats_;
+};
+
+int WarpCommand::run() {
+  const Method by = method();
+  const Cpu on = cpu();
+  expect_png_name(out_);
+  WorkerPool pool(threads());
+  Rig rig = load_named_rig(rig_, overrides());
+  const std::unique_ptr<FaceSource> source = open_source(faces_.cue(rig), rig, pool);
+  set_view_sizes(rig, source->face_sizes());
+
+  MonotonicClock clock;
+  const auto began = clock.now();
+  const std::unique_ptr<FrameWarp> warp = make_frame_warp(rig, by, on, pool);
+  const double build_s = std::chrono::duration<double>(clock.now() - began).count();
+
+  source->prepare(warp->needed());
+  FaceSet faces;
+  const Fetch fetched = source->fetch(0, faces);
+  if (fetched == Fetch::kFailed || fetched == Fetch::kEnd) {
+    const auto* files = dynamic_cast<const FileSource*>(source.get());
+    throw InputError(files ? files->last_error() : "the faces could not be had");
+  }
+
+  const bool deep = source->format() == PixelFormat::kRgbPlanar16;
+  ImageBuffer frame(deep ? PixelFormat::kRgb16 : PixelFormat::kRgb8, rig.frame.size);
+  std::vector<double> times_ms(static_cast<std::size_t>(repeat_));
+  for (double& time_ms : times_ms) {
+    if (interrupted()) throw Failure(fmt::format("{}: not written: interrupted", out_));
+    const auto start = clock.now();
+    warp->warp(faces.faces, frame.pixels());
+    time_ms = std::chrono::duration<double, std::milli>(clock.now() - start).count();
+  }
+  write_png(out_, as_const(frame.pixels()));
+
+  const FrameMap map = map_frame(rig, pool);
+  if (map.uncovered > 0) {
+    fmt::print("{} pixels are covered by no view and stay black\n", grouped(map.uncovered));
+  }
+  if (stats_.empty()) return 0;
+  std::sort(times_ms.begin(), times_ms.end());
+  nlohmann::ordered_json needed;
+  for (std::size_t i = 0; i < rig.views.size(); ++i) needed[rig.views[i].name] = warp->needed()[i].texels();
+  const nlohmann::ordered_json stats = {{"method", kMethodNames[static_cast<std::size_t>(by)]},
+                                        {"cpu", name(on)},
+                                        {"threads", pool.threads()},
+                                        {"warps", repeat_},
+                                        {"table_bytes", warp->table_bytes()},
+                                        {"table_build_s", build_s},
+                                        {"warp_ms_median", times_ms[times_ms.size() / 2]},
+                                        {"warp_ms_min", times_ms.front()},
+                                        {"warp_ms_max", times_ms.back()},
+                                        {"pixels_in_image", map.in_image},
+                                        {"pixels_uncovered", map.uncovered},
+                                        {"needed_texels", needed}};
+  AtomicFile file(stats_);
+  file.write(stats.dump(2) + "\n");
+  file.commit();
+  return 0;
+}
+
+}  // namespace
+
+std::unique_ptr<Command> make_warp_command(CLI::App& program) {
+  return std::make_unique<WarpCommand>(program);
+}
+
+}  // namespace cupola

@@ -1,0 +1,30 @@
+// One buffer, written where it stands.
+// SPDX-License-Identifier: MIT
+#include "firmware/file_display.h"
+
+#include <exception>
+
+namespace cupola {
+
+FileDisplay::FileDisplay(Clock& clock, const std::filesystem::path& folder, const std::string& name,
+                         Size size)
+    : clock_(clock), files_(folder, name), frame_(PixelFormat::kXrgb8888, size) {}
+
+DisplayBuffer FileDisplay::back_buffer() noexcept {
+  const MutableImage& pixels = frame_.pixels();
+  return {pixels.planes[0].data, pixels.planes[0].stride, pixels.size.width, pixels.size.height};
+}
+
+Presented FileDisplay::present(std::chrono::nanoseconds when) noexcept {
+  try {
+    files_.write(count_, as_const(frame_.pixels()));
+  } catch (const std::exception& error) {
+    trouble_ = error.what();
+    return {Present::kLost, clock_.now()};
+  }
+  ++count_;
+  clock_.sleep_until(when);
+  return {Present::kShown, clock_.now()};
+}
+
+}  // namespace cupola

@@ -1,0 +1,58 @@
+// The frame loop: faces, warp, display, one flip after the other, and what was counted meanwhile.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "firmware/show_frames.h"
+#include "hal/display/display.h"
+#include "hal/time/clock.h"
+
+namespace cupola {
+
+struct LoopCounts {
+  std::int64_t frames_presented = 0;  // shown, unchanged ones included
+  std::int64_t frames_unchanged = 0;  // of these: not warped, since nothing had changed
+  std::int64_t frames_late = 0;       // of these: shown more than half a period after their time
+  std::int64_t frames_dropped = 0;    // times of the show that passed without a frame of their own
+  std::int64_t frames_failed = 0;     // times at which the faces could not be had
+  std::int64_t heap_allocations =
+      0;  // operator new, by the loop's thread and the pool's, from first frame to last
+  std::int64_t heap_allocations_elsewhere = 0;  // operator new, by all other threads meanwhile
+  std::int64_t pixel_bytes_copied =
+      0;  // by the loop outside the warp: it warps into the display's own buffer
+};
+
+enum class LoopEnd : std::uint8_t { kOver, kTimeUp, kClosed, kLost, kInterrupted };
+
+class FrameLoop {
+ public:
+  // All are borrowed for the loop's life. `pool` is the one that `show` uses.
+  FrameLoop(ShowFrames& show, Display& display, Clock& clock, WorkerPool& pool);
+
+  // Plays until the show is over, or for `time` of it. Allocates nothing.
+  LoopEnd run(std::optional<std::chrono::nanoseconds> time) noexcept;
+
+  const LoopCounts& counts() const { return counts_; }
+  // Of the last frames, in the order they were made; milliseconds of the given clock.
+  std::vector<double> warp_ms() const;
+
+ private:
+  LoopEnd play(std::optional<std::chrono::nanoseconds> time) noexcept;
+  void note_trouble(bool failed) noexcept;
+
+  ShowFrames& show_;
+  Display& display_;
+  Clock& clock_;
+  WorkerPool& pool_;
+  std::chrono::nanoseconds period_;
+  LoopCounts counts_;
+  bool failing_ = false;
+  std::vector<std::chrono::nanoseconds> warp_times_;  // a ring
+  std::size_t warps_ = 0;
+};
+
+}  // namespace cupola

@@ -1,0 +1,59 @@
+// A show: what is played on a rig, cue after cue, read from one TOML file.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pipeline/optics/rig.h"
+#include "pipeline/parallel/worker_pool.h"
+#include "pipeline/source/face_source.h"
+#include "pipeline/source/file_source.h"
+
+namespace cupola {
+
+enum class CueSource : std::uint8_t { kStills, kSequence, kAtlas, kGenerated, kTestPattern };
+
+struct Cue {
+  std::string name;
+  CueSource source = CueSource::kGenerated;
+  std::string file;                          // kStills, kSequence, kAtlas: a path or pattern
+  std::vector<std::filesystem::path> files;  // kStills: one a view, instead of `file`
+  AtlasLayout layout;                        // kAtlas
+  std::string world;                         // kGenerated, kTestPattern
+  Size face_size{1024, 1024};
+  double rate = 60.0;  // frames a second
+  std::optional<double> duration_s;
+  SequencePart part;  // file numbers, or frames of a generated world
+  bool loop = false;
+  std::optional<std::size_t> then;  // the next cue's place; none: the show stops
+};
+
+struct Show {
+  std::string name;  // for the files it is rendered to
+  Rig rig;
+  std::vector<Cue> cues;  // at least one
+};
+
+// `file` may be the name of a show in config/shows. Overrides that begin with "rig." go to the rig's file,
+// the others to the show's; `rig`, unless empty, replaces the show's own. Throws InputError; when `errors` is
+// given they are gathered there instead, as many as can be found, and the show is whole only when it stays
+// empty.
+Show load_show(const std::filesystem::path& file, std::span<const std::string> overrides,
+               const std::filesystem::path& rig = {}, std::vector<std::string>* errors = nullptr);
+
+// The rig file of that path, or of that name in config/rigs.
+Rig load_named_rig(const std::filesystem::path& file, std::span<const std::string> overrides);
+
+// Opens what the cue shows; throws InputError. `pool` is borrowed for the source's life.
+std::unique_ptr<FaceSource> open_source(const Cue& cue, const Rig& rig, WorkerPool& pool);
+
+// "3x2" and the names of its cells, row by row.
+AtlasLayout parse_layout(const std::string& columns_and_rows, std::vector<std::string> faces);
+
+}  // namespace cupola

@@ -1,0 +1,114 @@
+// Opening all cues of a show, then stepping through them.
+// SPDX-License-Identifier: MIT
+#include "firmware/show_frames.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/frame/error.h"
+#include "pipeline/source/numbered_files.h"
+
+namespace cupola {
+namespace {
+
+CueTiming timing(const Cue& cue, const FaceSource& source) {
+  CueTiming timing;
+  timing.rate = cue.rate;
+  timing.loop = cue.loop;
+  timing.then = cue.then;
+  if (cue.duration_s) timing.duration = std::chrono::nanoseconds(std::llround(*cue.duration_s * 1e9));
+  timing.frames = source.length();
+  // Numbered files were cut to their part when they were opened.
+  const bool cut =
+      has_number(cue.file) || (cue.source == CueSource::kSequence && std::filesystem::is_directory(cue.file));
+  if (cut || (!cue.part.in && !cue.part.out)) return timing;
+  timing.first = cue.part.in.value_or(0);
+  if (timing.frames && timing.first >= *timing.frames) {
+    throw InputError(fmt::format("cue {}: in = {} is past the last frame, {}", cue.name, timing.first,
+                                 *timing.frames - 1));
+  }
+  if (timing.frames && cue.part.out && *cue.part.out >= *timing.frames) {
+    throw InputError(fmt::format("cue {}: out = {} is past the last frame, {}", cue.name, *cue.part.out,
+                                 *timing.frames - 1));
+  }
+  if (cue.part.out) {
+    timing.frames = *cue.part.out - timing.first + 1;
+  } else if (timing.frames) {
+    *timing.frames -= timing.first;
+  }
+  return timing;
+}
+
+}  // namespace
+
+ShowFrames::ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& pool, bool whole_faces)
+    : frame_size_(show.rig.frame.size), rate_(show.cues.front().rate), timeline_({CueTiming{}}) {
+  std::vector<CueTiming> timings;
+  std::vector<std::vector<Size>> sizes;  // of the faces that each warp takes
+  for (const Cue& cue : show.cues) {
+    OpenCue open;
+    open.name = cue.name;
+    open.rig = show.rig;
+    open.source = open_source(cue, show.rig, pool);
+    timings.push_back(timing(cue, *open.source));
+    const std::vector<Size> faces = open.source->face_sizes();
+    set_view_sizes(open.rig, faces);
+    open.warp = static_cast<std::size_t>(std::find(sizes.begin(), sizes.end(), faces) - sizes.begin());
+    if (open.warp == sizes.size()) {
+      sizes.push_back(faces);
+      warps_.push_back(make_frame_warp(open.rig, method, cpu, pool));
+    }
+    if (whole_faces) {
+      std::vector<NeededRegion> all;
+      for (const Size size : faces) all.push_back(NeededRegion::all(size));
+      open.source->prepare(all);
+    } else {
+      open.source->prepare(warps_[open.warp]->needed());
+    }
+    cues_.push_back(std::move(open));
+  }
+  faces_.faces.reserve(show.rig.views.size());
+  timeline_ = Timeline(std::move(timings));
+}
+
+PixelFormat ShowFrames::format() const {
+  const bool deep = std::any_of(cues_.begin(), cues_.end(), [](const OpenCue& cue) {
+    return cue.source->format() == PixelFormat::kRgbPlanar16;
+  });
+  return deep ? PixelFormat::kRgbPlanar16 : PixelFormat::kRgbPlanar8;
+}
+
+ShowFrames::Change ShowFrames::advance(std::chrono::nanoseconds time) noexcept {
+  const std::optional<Moment> moment = timeline_.at(time);
+  if (!moment) return Change::kOver;
+  if (shown_ && *moment == moment_) return Change::kUnchanged;
+  const bool cut = !shown_ || moment->cue != moment_.cue;
+  moment_ = *moment;
+  shown_ = true;
+  switch (cues_[moment_.cue].source->fetch(moment_.frame, faces_)) {
+    case Fetch::kNew:
+      return Change::kNew;
+    case Fetch::kUnchanged:
+      return cut ? Change::kNew : Change::kUnchanged;
+    case Fetch::kEnd:
+    case Fetch::kFailed:
+      return Change::kFailed;
+  }
+  return Change::kFailed;
+}
+
+void ShowFrames::warp(const MutableImage& frame) noexcept {
+  warps_[cues_[moment_.cue].warp]->warp(faces_.faces, frame);
+}
+
+std::string ShowFrames::trouble() const {
+  const OpenCue& cue = cues_[moment_.cue];
+  const auto* files = dynamic_cast<const FileSource*>(cue.source.get());
+  return fmt::format(
+      "cue {}, frame {}: {}", cue.name, moment_.frame,
+      files && !files->last_error().empty() ? files->last_error() : "the source has no such frame");
+}
+
+}  // namespace cupola

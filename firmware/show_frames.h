@@ -1,0 +1,63 @@
+// A show made ready: every cue opened and its warp built, so that frames can be made without allocating.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "firmware/show.h"
+#include "firmware/timeline.h"
+#include "pipeline/warp/frame_warp.h"
+
+namespace cupola {
+
+class ShowFrames {
+ public:
+  // Throws InputError. `pool` is borrowed for the show's life. With `whole_faces` sources make every texel,
+  // not only those the warp reads.
+  ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& pool, bool whole_faces = false);
+
+  Size frame_size() const { return frame_size_; }
+  double rate() const { return rate_; }  // frames a second, of the first cue
+  PixelFormat format() const;            // of the faces: 16 bits if any cue has 16
+  const Timeline& timeline() const { return timeline_; }
+
+  enum class Change : std::uint8_t {
+    kNew,        // the frame differs from the one before: warp it
+    kUnchanged,  // it does not
+    kFailed,     // the faces could not be had; the frame before stands
+    kOver,       // the show is over
+  };
+  // Fetches the faces due at `time`, which must not run backwards.
+  Change advance(std::chrono::nanoseconds time) noexcept;
+  // Warps the faces fetched last into `frame`, which has frame_size() and any format.
+  void warp(const MutableImage& frame) noexcept;
+
+  const FaceSet& faces() const { return faces_; }
+  const Rig& rig() const { return cues_[moment_.cue].rig; }
+  const std::string& cue_name() const { return cues_[moment_.cue].name; }
+  // Why the last advance() failed.
+  std::string trouble() const;
+
+ private:
+  struct OpenCue {
+    std::string name;
+    Rig rig;  // with the sizes of the source's faces
+    std::unique_ptr<FaceSource> source;
+    std::size_t warp = 0;
+  };
+
+  Size frame_size_;
+  double rate_ = 60.0;
+  std::vector<OpenCue> cues_;
+  std::vector<std::unique_ptr<FrameWarp>> warps_;  // shared by cues with faces of the same sizes
+  Timeline timeline_;
+  Moment moment_{0, -1};
+  bool shown_ = false;  // a frame was fetched
+  FaceSet faces_;
+};
+
+}  // namespace cupola
