@@ -155,7 +155,7 @@ void write_png(const std::filesystem::path& path, const Image& image) {
   header.color_type = SPNG_COLOR_TYPE_TRUECOLOR;
   check_output(spng_set_option(context.get(), SPNG_ENCODE_TO_BUFFER, 1));
   check_output(spng_set_option(context.get(), SPNG_IMG_COMPRESSION_LEVEL, 1));
-  check_output(spng_set_option(context.get(), SPNG_FILTER_CHOICE, SPNG_FILTER_CHOICE_SUB));
+  check_output(spng_set_option(context.get(), SPNG_FILTER_CHOICE, SPNG_FILTER_CHOICE_AVG));
   check_output(spng_set_ihdr(context.get(), &header));
   check_output(spng_encode_image(context.get(), nullptr, 0, SPNG_FMT_PNG,
                                  SPNG_ENCODE_PROGRESSIVE | SPNG_ENCODE_FINALIZE));

@@ -150,26 +150,27 @@ void Y4mReader::interpolate_chroma(int plane, int y, RowRange chroma_rows) {
   const Taps down = taps(y, header_.chroma_shift_y, header_.siting_y);
   const std::byte* near = row_at(down.near);
   const std::byte* far = row_at(down.far);
+  std::int32_t* column = column_.data();
   for (int x = 0; x < width; ++x) {
-    column_[static_cast<std::size_t>(x)] =
-        down.weight * sample_at<Sample>(near, x) + (4 - down.weight) * sample_at<Sample>(far, x);
+    column[x] = down.weight * sample_at<Sample>(near, x) + (4 - down.weight) * sample_at<Sample>(far, x);
   }
   std::int32_t* out = interpolated_[p].data();
   if (header_.chroma_shift_x == 0) {
-    for (int x = 0; x < header_.size.width; ++x) out[x] = 4 * column_[static_cast<std::size_t>(x)];
+    for (int x = 0; x < width; ++x) out[x] = 4 * column[x];
     return;
   }
   for (int x = 0; x < header_.size.width; ++x) {
     const Taps across = taps(x, 1, header_.siting_x);
-    out[x] = across.weight * column_[static_cast<std::size_t>(across.near)] +
-             (4 - across.weight) * column_[static_cast<std::size_t>(std::clamp(across.far, 0, width - 1))];
+    out[x] = across.weight * column[across.near] +
+             (4 - across.weight) * column[std::clamp(across.far, 0, width - 1)];
   }
 }
 
 template <class Sample>
 void Y4mReader::convert_rows(const MutableImage& into, RowRange rows, RowRange chroma_rows) {
   // 8 bits: |Y - black| < 2^8, luma < 1.17 * 2^20, |C| <= 2^11, factors < 2.12 * 2^16: every sum is below
-  // 2^31. Up to 16 bits: luma < 75 * 2^28 at 10 bits times 2^10 and the like: below 2^48.
+  // 2^31. Above 8 bits: stored values below 2^16 whatever the header says, luma < 150 * 2^28, factors <
+  // 280 * 2^24 times |C| <= 2^20: every sum is below 2^54.
   using Wide = std::conditional_t<sizeof(Sample) == 1, std::int32_t, std::int64_t>;
   constexpr int kShift = sizeof(Sample) == 1 ? 20 : 28;
   constexpr Wide kMost = std::numeric_limits<Sample>::max();
@@ -188,6 +189,8 @@ void Y4mReader::convert_rows(const MutableImage& into, RowRange rows, RowRange c
   auto* red = rgb.template samples<Sample>(0, 0);
   auto* green = rgb.template samples<Sample>(1, 0);
   auto* blue = rgb.template samples<Sample>(2, 0);
+  const std::int32_t* cb_row = interpolated_[0].data();
+  const std::int32_t* cr_row = interpolated_[1].data();
   for (int y = rows.first; y < rows.last; ++y) {
     const std::byte* stored = luma_.data() + static_cast<std::size_t>(y - rows.first) *
                                                  static_cast<std::size_t>(width) * sizeof(Sample);
@@ -196,8 +199,8 @@ void Y4mReader::convert_rows(const MutableImage& into, RowRange rows, RowRange c
       interpolate_chroma<Sample>(1, y, chroma_rows);
       for (int x = 0; x < width; ++x) {
         const Wide grey = luma * (sample_at<Sample>(stored, x) - black);
-        const Wide cb = interpolated_[0][static_cast<std::size_t>(x)] - zero;
-        const Wide cr = interpolated_[1][static_cast<std::size_t>(x)] - zero;
+        const Wide cb = cb_row[x] - zero;
+        const Wide cr = cr_row[x] - zero;
         red[x] = rounded(grey + red_cr * cr);
         green[x] = rounded(grey - green_cb * cb - green_cr * cr);
         blue[x] = rounded(grey + blue_cb * cb);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include "pipeline/frame/still.h"
 #include "tests/frame/picture_files.h"
@@ -30,9 +31,12 @@ int main(int count, char** words) {
   }
   for (const TiffKind& kind : kTiffKinds)
     write_tiff(stills / (std::string(kind.name) + ".tif"), image.pixels(), kind);
-  for (const std::string tag :
-       {"420jpeg", "420mpeg2", "420paldv", "422", "444", "mono", "420p10", "444p16", "mono12"}) {
-    write_text(videos / (tag + ".y4m"),
-               "YUV4MPEG2 W2 H2 F25:1 Ip A1:1 C" + tag + " XCOLORRANGE=FULL\nFRAME\n" + std::string(24, 'x'));
+  const std::pair<const char*, std::size_t> kinds[] = {
+      // tag, bytes of a frame of 2 x 2
+      {"420jpeg", 6}, {"420mpeg2", 6}, {"420paldv", 6}, {"422", 8},     {"444", 12},
+      {"mono", 4},    {"420p10", 12},  {"422p12", 16},  {"444p16", 24}, {"mono12", 8}};
+  for (const auto& [tag, bytes] : kinds) {
+    const std::string start = std::string("YUV4MPEG2 W2 H2 F25:1 Ip A1:1 C") + tag + " XCOLORRANGE=FULL\n";
+    write_text(videos / (std::string(tag) + ".y4m"), start + "FRAME\n" + std::string(bytes, 'x'));
   }
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "pipeline/frame/error.h"
 #include "pipeline/frame/still.h"
