@@ -59,7 +59,7 @@ void CheckCommand::check_show(std::vector<std::string>& errors) const {
     try {
       const std::unique_ptr<FaceSource> source = open_source(cue, show.rig, pool);
       Rig rig = show.rig;
-      set_view_sizes(rig, source->face_sizes());
+      fit_faces(rig, cue, *source);
       const std::optional<std::int64_t> length = source->length();
       if (readable) {
         fmt::print("cue {}: {}, {} a second\n", cue.name, length ? grouped(*length) + " frames" : "endless",

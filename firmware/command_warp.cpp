@@ -72,8 +72,9 @@ int WarpCommand::run() {
   expect_png_name(out_);
   WorkerPool pool(threads());
   Rig rig = load_named_rig(rig_, overrides());
-  const std::unique_ptr<FaceSource> source = open_source(faces_.cue(rig), rig, pool);
-  set_view_sizes(rig, source->face_sizes());
+  const Cue cue = faces_.cue(rig);
+  const std::unique_ptr<FaceSource> source = open_source(cue, rig, pool);
+  fit_faces(rig, cue, *source);
 
   MonotonicClock clock;
   const auto began = clock.now();

@@ -48,7 +48,7 @@ LoopEnd FrameLoop::play(std::optional<nanoseconds> time) noexcept {
   bool shown = false;
   for (;;) {
     if (interrupted()) return LoopEnd::kInterrupted;
-    if (time && next - start >= *time) return LoopEnd::kTimeUp;
+    if (time && next - start + period_ / 4 >= *time) return LoopEnd::kTimeUp;
     const ShowFrames::Change change = show_.advance(next - start);
     if (change == ShowFrames::Change::kOver) return LoopEnd::kOver;
     note_trouble(change == ShowFrames::Change::kFailed);

@@ -12,6 +12,7 @@
 #include "firmware/command.h"
 #include "firmware/interrupt.h"
 #include "pipeline/frame/error.h"
+#include "pipeline/settings/settings.h"
 
 namespace {
 
@@ -35,6 +36,18 @@ int run(int argc, char** argv) {
   commands.push_back(cupola::make_play_command(program));
   commands.push_back(cupola::make_table_command(program));
   commands.push_back(cupola::make_check_command(program));
+  std::vector<std::string> names;
+  for (const CLI::App* command : program.get_subcommands([](CLI::App*) { return true; })) {
+    names.push_back(command->get_name());
+  }
+  if (argc > 1 && argv[1][0] != '-' && std::find(names.begin(), names.end(), argv[1]) == names.end()) {
+    const std::vector<std::string_view> known(names.begin(), names.end());
+    const std::string_view nearest = cupola::nearest_name(argv[1], known);
+    return complain(
+        std::string("cupola ") + argv[1] + ": no such command; " +
+            (nearest.empty() ? "see cupola --help" : "did you mean " + std::string(nearest) + "?"),
+        kWrongInput);
+  }
   try {
     program.parse(argc, argv);
   } catch (const CLI::Success& help) {

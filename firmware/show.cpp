@@ -27,9 +27,10 @@ constexpr std::array<std::string_view, 6> kLaterSources = {"video",           "l
 std::filesystem::path found(const std::filesystem::path& file, const std::filesystem::path& directory,
                             std::string_view room) {
   std::error_code ignored;
-  if (std::filesystem::exists(directory / file, ignored)) return directory / file;
+  const std::filesystem::path beside = (directory / file).lexically_normal();
+  if (std::filesystem::exists(beside, ignored)) return beside;
   const std::filesystem::path named = find_config(file, directory, room);
-  return named.empty() ? directory / file : named;  // whoever opens it says what is wrong
+  return named.empty() ? beside : named.lexically_normal();  // whoever opens it says what is wrong
 }
 
 Cue read_cue(SettingsTable& table, const std::filesystem::path& directory) {
@@ -176,6 +177,18 @@ Show load_show(const std::filesystem::path& file, std::span<const std::string> o
     }
   });
   return show;
+}
+
+void fit_faces(Rig& rig, const Cue& cue, const FaceSource& source) {
+  const std::vector<Size> sizes = source.face_sizes();
+  for (std::size_t i = 0; i < std::min(cue.files.size(), rig.views.size()); ++i) {
+    const View& view = rig.views[i];
+    if (view.size == Size{} || view.size == sizes[i]) continue;
+    throw InputError(fmt::format("{}: {} x {} pixels; expected {} x {}, as {} has them for view {}",
+                                 cue.files[i].string(), sizes[i].width, sizes[i].height, view.size.width,
+                                 view.size.height, rig.file.string(), view.name));
+  }
+  set_view_sizes(rig, sizes);
 }
 
 std::unique_ptr<FaceSource> open_source(const Cue& cue, const Rig& rig, WorkerPool& pool) {

@@ -53,6 +53,9 @@ Rig load_named_rig(const std::filesystem::path& file, std::span<const std::strin
 // Opens what the cue shows; throws InputError. `pool` is borrowed for the source's life.
 std::unique_ptr<FaceSource> open_source(const Cue& cue, const Rig& rig, WorkerPool& pool);
 
+// Gives the rig's views the sizes of the cue's faces; throws InputError where the rig demands others.
+void fit_faces(Rig& rig, const Cue& cue, const FaceSource& source);
+
 // "3x2" and the names of its cells, row by row.
 AtlasLayout parse_layout(const std::string& columns_and_rows, std::vector<std::string> faces);
 

@@ -54,7 +54,7 @@ ShowFrames::ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& poo
     open.source = open_source(cue, show.rig, pool);
     timings.push_back(timing(cue, *open.source));
     const std::vector<Size> faces = open.source->face_sizes();
-    set_view_sizes(open.rig, faces);
+    fit_faces(open.rig, cue, *open.source);
     open.warp = static_cast<std::size_t>(std::find(sizes.begin(), sizes.end(), faces) - sizes.begin());
     if (open.warp == sizes.size()) {
       sizes.push_back(faces);

@@ -11,12 +11,13 @@
 namespace cupola {
 
 struct CueTiming {
-  double rate = 60.0;                                // frames a second, > 0
-  std::int64_t first = 0;                            // the source's frame to begin with
-  std::optional<std::int64_t> frames;                // from there; none when the source never ends
-  bool loop = false;                                 // begin again after the last; else it stands
-  std::optional<std::chrono::nanoseconds> duration;  // none: until the last frame is over, or for ever
-  std::optional<std::size_t> then;                   // the next cue; none: the show stops
+  double rate = 60.0;                                 // frames a second, > 0
+  std::int64_t first = 0;                             // the source's frame to begin with
+  std::optional<std::int64_t> frames = std::nullopt;  // from there; none when the source never ends
+  bool loop = false;                                  // begin again after the last; else it stands
+  std::optional<std::chrono::nanoseconds> duration =
+      std::nullopt;                                // none: until the last frame is over, or for ever
+  std::optional<std::size_t> then = std::nullopt;  // the next cue; none: the show stops
 };
 
 struct Moment {

@@ -1,0 +1,102 @@
+// The frame loop under a fake clock: pacing, late frames, dropped ones, and how it ends.
+// SPDX-License-Identifier: MIT
+#include "firmware/frame_loop.h"
+
+#include <gtest/gtest.h>
+
+#include "hal/display/fake_display.h"
+#include "tests/frame/picture_files.h"
+
+namespace cupola {
+namespace {
+
+using namespace std::chrono_literals;
+using std::chrono::nanoseconds;
+
+// A small rig and one generated cue of two seconds at 60 Hz.
+class FrameLoopTest : public testing::Test {
+ protected:
+  FrameLoopTest() {
+    const std::string lines[] = {"rig.frame.width=64",        "rig.frame.height=48",
+                                 "rig.frame.center=[32, 24]", "rig.frame.radius=30",
+                                 "cue.0.face_size=[32, 32]",  "cue.0.duration_s=2"};
+    frames_ = std::make_unique<ShowFrames>(load_show("demo", lines), Method::kEwa, Cpu::kScalar, pool_);
+  }
+  WorkerPool pool_{2};
+  FakeClock clock_;
+  std::unique_ptr<ShowFrames> frames_;
+};
+
+// Takes `extra` longer for the frames in [first, last): a machine that is too slow for a while.
+class SlowDisplay final : public Display {
+ public:
+  SlowDisplay(FakeClock& clock, Display& display, int first, int last, nanoseconds extra)
+      : clock_(clock), display_(display), first_(first), last_(last), extra_(extra) {}
+  DisplayBuffer back_buffer() noexcept override { return display_.back_buffer(); }
+  Presented present(nanoseconds when) noexcept override {
+    const int frame = frame_++;
+    if (frame >= first_ && frame < last_) clock_.advance(extra_);
+    return display_.present(when);
+  }
+  Presented repeat(nanoseconds when) noexcept override { return display_.repeat(when); }
+  nanoseconds period() const noexcept override { return display_.period(); }
+
+ private:
+  FakeClock& clock_;
+  Display& display_;
+  int first_;
+  int last_;
+  nanoseconds extra_;
+  int frame_ = 0;
+};
+
+TEST_F(FrameLoopTest, PresentsAFrameAFlip) {
+  FakeDisplay display(clock_, 64, 48);
+  FrameLoop loop(*frames_, display, clock_, pool_);
+  EXPECT_EQ(loop.run({}), LoopEnd::kOver);
+  EXPECT_EQ(loop.counts().frames_presented, 120);
+  EXPECT_EQ(loop.counts().frames_late, 0);
+  EXPECT_EQ(loop.counts().frames_dropped, 0);
+  EXPECT_EQ(loop.counts().heap_allocations, 0);
+  EXPECT_EQ(loop.warp_ms().size(), 120U);
+  EXPECT_EQ(display.frames(), 120);
+}
+
+TEST_F(FrameLoopTest, GoesOnWithTheShowsTimeWhenItFallsBehind) {
+  FakeDisplay fake(clock_, 64, 48);
+  SlowDisplay display(clock_, fake, 10, 20, 40ms);  // each of ten frames misses two flips
+  FrameLoop loop(*frames_, display, clock_, pool_);
+  EXPECT_EQ(loop.run({}), LoopEnd::kOver);
+  EXPECT_EQ(loop.counts().frames_dropped, 20);
+  EXPECT_EQ(loop.counts().frames_late, 10);
+  EXPECT_EQ(loop.counts().frames_presented, 100);
+  EXPECT_NEAR(std::chrono::duration<double>(clock_.now()).count(), 2.0, 0.02)
+      << "the show is no longer for it";
+}
+
+TEST_F(FrameLoopTest, StopsWhenItsTimeIsUp) {
+  FakeDisplay display(clock_, 64, 48);
+  FrameLoop loop(*frames_, display, clock_, pool_);
+  EXPECT_EQ(loop.run(500ms), LoopEnd::kTimeUp);
+  EXPECT_EQ(loop.counts().frames_presented, 30);
+}
+
+TEST_F(FrameLoopTest, StopsWhenTheDisplayIsClosedOrLost) {
+  FakeDisplay closed(clock_, 64, 48);
+  closed.close();
+  EXPECT_EQ(FrameLoop(*frames_, closed, clock_, pool_).run({}), LoopEnd::kClosed);
+  FakeDisplay lost(clock_, 64, 48);
+  lost.lose();
+  EXPECT_EQ(FrameLoop(*frames_, lost, clock_, pool_).run({}), LoopEnd::kLost);
+}
+
+TEST_F(FrameLoopTest, ShowsEveryFrameTwiceOnADisplayTwiceAsFast) {
+  FakeDisplay display(clock_, 64, 48, nanoseconds(1s) / 120);
+  FrameLoop loop(*frames_, display, clock_, pool_);
+  EXPECT_EQ(loop.run({}), LoopEnd::kOver);
+  EXPECT_EQ(loop.counts().frames_presented, 240);
+  EXPECT_EQ(loop.counts().frames_unchanged, 120);
+}
+
+}  // namespace
+}  // namespace cupola
