@@ -78,8 +78,8 @@ double fisheye_angle(const std::array<double, 8>& k, double radius, double limit
   return angle;
 }
 
-// The distorted plane point of direction `d`, and unless kGradients is false its gradients by d. False where the
-// model does not reach.
+// The distorted plane point of direction `d`, and unless kGradients is false its gradients by d. False where
+// the model does not reach.
 template <bool kGradients>
 bool plane_point(const View& view, const Vec3& d, PlanePoint& p, Vec3& da, Vec3& db) {
   const double x = glm::dot(d, view.right);
@@ -152,6 +152,46 @@ void tangent_range(double x, double z, double angle, double& least, double& most
   }
   if (middle - spread > -kEdge) least = portable::tangent(middle - spread);
   if (middle + spread < kEdge) most = portable::tangent(middle + spread);
+}
+
+// Whether a cone about (x, y, z), along right, up and forward, lies wholly beyond one of the four planes
+// through the eye and the picture's sides.
+bool misses_picture(const View& view, double x, double y, double z, double sine) {
+  const auto beyond = [&](double along, double edge) {  // along - edge z < 0 outside
+    return along - edge * z < -sine * std::sqrt(1.0 + edge * edge);
+  };
+  return beyond(x, -view.principal.x / view.focal.x) || beyond(-x, (view.principal.x - 1.0) / view.focal.x) ||
+         beyond(-y, -view.principal.y / view.focal.y) || beyond(y, (view.principal.y - 1.0) / view.focal.y);
+}
+
+// The box about the cone's rim, seen through the model at 32 points; widened by a quarter for what bends
+// between them. Rim points that the model does not reach are left out: the model is one-to-one over the whole
+// picture.
+TexelBox distorted_texels_near(const View& view, const Vec3& axis, double angle) {
+  const Size size = view.size;
+  if (angle > 0.5) return {0, 0, size.width, size.height};
+  const Vec3 aside = glm::normalize(glm::cross(axis, std::abs(axis.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+  const Vec3 across = glm::cross(axis, aside);
+  const auto [sine, cosine] = portable::sine_cosine(angle);
+  Vec2 least{HUGE_VAL, HUGE_VAL};
+  Vec2 most{-HUGE_VAL, -HUGE_VAL};
+  constexpr int kPoints = 32;
+  for (int i = 0; i <= kPoints; ++i) {
+    const auto [y, x] = portable::sine_cosine(i * (2.0 * portable::kPi / kPoints));
+    const Vec3 d = i == kPoints ? axis : axis * cosine + (aside * x + across * y) * sine;
+    Vec2 uv;
+    if (!project(view, d, uv)) continue;
+    least = glm::min(least, uv);
+    most = glm::max(most, uv);
+  }
+  if (least.x > most.x) return {};
+  const Vec2 margin = (most - least) * 0.25 + Vec2{2.0, 2.0};
+  const auto texel = [](double at, int side) {
+    return static_cast<int>(std::clamp(at, 0.0, static_cast<double>(side)));
+  };
+  return {texel(std::floor(least.x - margin.x), size.width),
+          texel(std::floor(least.y - margin.y), size.height), texel(std::ceil(most.x + margin.x), size.width),
+          texel(std::ceil(most.y + margin.y), size.height)};
 }
 
 }  // namespace
@@ -232,10 +272,11 @@ int owner(std::span<const View> views, const Vec3& d) {
 TexelBox texels_near(const View& view, const Vec3& axis, double angle) {
   const int width = view.size.width;
   const int height = view.size.height;
-  if (view.distortion != Distortion::kNone) return {0, 0, width, height};
+  if (view.distortion != Distortion::kNone) return distorted_texels_near(view, axis, angle);
   const double x = glm::dot(axis, view.right);
   const double y = glm::dot(axis, view.up);
   const double z = glm::dot(axis, view.forward);
+  if (misses_picture(view, x, y, z, portable::sine_cosine(angle).sine)) return {};
   double a0 = 0.0;
   double a1 = 0.0;
   double b0 = 0.0;

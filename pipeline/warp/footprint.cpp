@@ -18,6 +18,8 @@ struct FootprintGatherer::Ellipse {
 
 namespace {
 
+using Cone = portable::SineCosine;
+
 // The covariance M = J J^T of the pixel in texels, both eigenvalues at least `least`, plus rec on the
 // diagonal.
 struct Covariance {
@@ -57,59 +59,44 @@ int floor_to_int(double x) {
   return static_cast<int>(std::floor(x));
 }
 
-// An angle about `direction` that holds all texels within the ellipse's box.
-double angle_of_box(const View& home, const Vec3& direction, const ViewSample& at, double wide, double high) {
-  double least = 1.0;
+// A cone about `direction` that holds all of the ellipse's box.
+Cone cone_of_box(const View& home, const Vec3& direction, const ViewSample& at, double wide, double high) {
   if (home.distortion == Distortion::kNone) {
+    double least = 1.0;
     for (const double u : {at.uv.x - wide, at.uv.x + wide}) {
       for (const double v : {at.uv.y - high, at.uv.y + high}) {
         least = std::min(least, glm::dot(direction, direction_at(home, {u, v})));
       }
     }
-    const double cosine = std::max(least, -1.0);
-    const double angle = portable::arc_tangent2(std::sqrt(std::max(0.0, 1.0 - cosine * cosine)), cosine);
-    return std::min(angle + 1e-9, 1.57);
+    least = std::max(least, 0.001);
+    return {std::sqrt((1.0 - least) * (1.0 + least)) + 1e-8, least};
   }
+  // Texels a radian in the direction where they are fewest; the angle is doubled, since the model bends.
   const double uu = glm::dot(at.du, at.du);
   const double vv = glm::dot(at.dv, at.dv);
   const double uv = glm::dot(at.du, at.dv);
   const double half = (uu - vv) / 2;
   const double fewest = std::sqrt(std::max(1e-12, (uu + vv) / 2 - std::sqrt(half * half + uv * uv)));
-  return std::min(2.0 * std::sqrt(wide * wide + high * high) / fewest, 1.5);
+  return portable::sine_cosine(std::min(2.0 * std::sqrt(wide * wide + high * high) / fewest, 1.57));
 }
 
 }  // namespace
 
-FootprintGatherer::FootprintGatherer(const Rig& rig) : rig_(rig), borders_(rig.views.size()) {
-  for (std::size_t i = 0; i < rig.views.size(); ++i) {
-    const View& view = rig.views[i];
-    if (view.distortion != Distortion::kNone) continue;
-    // A point of the plane is forward + right p - up q with p, q linear in (u, v).
-    const double p_u = 1.0 / (view.focal.x * view.size.width);
-    const double p_0 = -view.principal.x / view.focal.x;
-    const double q_v = 1.0 / (view.focal.y * view.size.height);
-    const double q_0 = -view.principal.y / view.focal.y;
-    for (std::size_t k = 0; k < rig.views.size(); ++k) {
-      if (k == i) continue;
-      const Vec3 nearer = view.forward - rig.views[k].forward;
-      const double along_p = glm::dot(nearer, view.right);
-      const double along_q = -glm::dot(nearer, view.up);
-      borders_[i].push_back(
-          {along_p * p_u, along_q * q_v, glm::dot(nearer, view.forward) + along_p * p_0 + along_q * q_0});
-    }
-  }
-}
-
-bool FootprintGatherer::owns_whole_box(std::size_t view, const Ellipse& e) const {
-  const View& own = rig_.views[view];
-  if (own.distortion != Distortion::kNone) return false;
+bool FootprintGatherer::owns_whole_box(int home, const Vec3& direction, const Ellipse& e,
+                                       const portable::SineCosine& cone) const {
+  const View& own = rig_.views[static_cast<std::size_t>(home)];
   if (e.u - e.half_width < 0.0 || e.v - e.half_height < 0.0 || e.u + e.half_width > own.size.width ||
       e.v + e.half_height > own.size.height) {
     return false;
   }
-  return std::all_of(borders_[view].begin(), borders_[view].end(), [&](const HalfPlane& h) {
-    return h.a * e.u + h.b * e.v + h.c - std::abs(h.a) * e.half_width - std::abs(h.b) * e.half_height > 1e-9;
-  });
+  // A view is nearer than another on one side of a plane through the eye, with normal n = forward - other
+  // forward. Directions within the angle a of d reach down to d.n cos a - |n| sin a.
+  for (std::size_t i = 0; i < rig_.views.size(); ++i) {
+    if (static_cast<int>(i) == home) continue;
+    const Vec3 n = own.forward - rig_.views[i].forward;
+    if (glm::dot(direction, n) * cone.cosine - glm::length(n) * cone.sine <= 1e-9) return false;
+  }
+  return true;
 }
 
 void FootprintGatherer::gather_inside(int view, const Ellipse& e, std::vector<Tap>& taps) const {
@@ -129,11 +116,10 @@ void FootprintGatherer::gather_inside(int view, const Ellipse& e, std::vector<Ta
   }
 }
 
-void FootprintGatherer::gather_across_seams(int home, const Vec3& direction, const ViewSample& at,
-                                            const Ellipse& e, std::vector<Tap>& taps) const {
+void FootprintGatherer::gather_across_seams(int home, const Vec3& direction, const Ellipse& e, double angle,
+                                            std::vector<Tap>& taps) const {
   const View& plane = rig_.views[static_cast<std::size_t>(home)];
   const double limit = rig_.filter.radius * rig_.filter.radius;
-  const double angle = angle_of_box(plane, direction, at, e.half_width, e.half_height);
   for (std::size_t i = 0; i < rig_.views.size(); ++i) {
     const View& own = rig_.views[i];
     const TexelBox box = texels_near(own, direction, angle);
@@ -177,10 +163,13 @@ Footprint FootprintGatherer::gather(int x, int y, std::vector<Tap>& taps) const 
                         m.uu / f,
                         rig_.filter.radius * std::sqrt(m.uu),
                         rig_.filter.radius * std::sqrt(m.vv)};
-  if (owns_whole_box(static_cast<std::size_t>(home), ellipse)) {
+  const Cone cone = cone_of_box(rig_.views[static_cast<std::size_t>(home)], looking.direction, at,
+                                ellipse.half_width, ellipse.half_height);
+  if (owns_whole_box(home, looking.direction, ellipse, cone)) {
     gather_inside(home, ellipse, taps);
   } else {
-    gather_across_seams(home, looking.direction, at, ellipse, taps);
+    gather_across_seams(home, looking.direction, ellipse, portable::arc_tangent2(cone.sine, cone.cosine),
+                        taps);
   }
   double sum = 0.0;
   for (const Tap& tap : taps) sum += tap.weight;

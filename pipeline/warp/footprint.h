@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "pipeline/optics/portable_math.h"
 #include "pipeline/optics/rig.h"
 
 namespace cupola {
@@ -24,25 +25,22 @@ enum class Footprint : std::uint8_t {
 // Gathers footprints for one rig; const after construction, so that threads may share it.
 class FootprintGatherer {
  public:
-  explicit FootprintGatherer(const Rig& rig);  // borrowed
+  explicit FootprintGatherer(const Rig& rig) : rig_(rig) {}  // borrowed
 
   // Fills `taps` with the footprint of pixel (x, y); the weights are above 0 and sum to 1.
   Footprint gather(int x, int y, std::vector<Tap>& taps) const;
 
  private:
-  // Where a view is nearer than any other, in its own plane: a u + b v + c >= 0 for each.
-  struct HalfPlane {
-    double a, b, c;
-  };
   struct Ellipse;
 
-  bool owns_whole_box(std::size_t view, const Ellipse& ellipse) const;
+  // Whether `home` alone feeds all directions of the ellipse's box, which lie within `cone` of `direction`.
+  bool owns_whole_box(int home, const Vec3& direction, const Ellipse& ellipse,
+                      const portable::SineCosine& cone) const;
   void gather_inside(int view, const Ellipse& ellipse, std::vector<Tap>& taps) const;
-  void gather_across_seams(int home, const Vec3& direction, const ViewSample& at, const Ellipse& ellipse,
+  void gather_across_seams(int home, const Vec3& direction, const Ellipse& ellipse, double angle,
                            std::vector<Tap>& taps) const;
 
   const Rig& rig_;
-  std::vector<std::vector<HalfPlane>> borders_;  // one list a view; none for a view that distorts
 };
 
 }  // namespace cupola

@@ -165,6 +165,26 @@ TEST(View, TexelsNearADirectionAreAllFound) {
   EXPECT_GT(found, 1000);
 }
 
+TEST(View, TexelsNearADirectionAreAllFoundInDistortedViewsToo) {
+  std::mt19937_64 random(6);
+  int found = 0;
+  for (int i = 0; i < 300; ++i) {
+    View view = i % 2 == 0 ? radial_tangential() : fisheye();
+    view.size = {80, 60};
+    const Vec3 axis = direction_at(view, {std::uniform_real_distribution<>(-5, 85)(random), 30.0});
+    const double angle = std::uniform_real_distribution<>(0.0, i % 3 == 0 ? 0.6 : 0.1)(random);
+    const TexelBox box = texels_near(view, axis, angle);
+    for (int y = 0; y < 60; ++y) {
+      for (int x = 0; x < 80; ++x) {
+        if (glm::dot(direction_at(view, {x + 0.5, y + 0.5}), axis) < std::cos(angle)) continue;
+        ++found;
+        ASSERT_TRUE(x >= box.x0 && x < box.x1 && y >= box.y0 && y < box.y1) << x << ' ' << y << ' ' << angle;
+      }
+    }
+  }
+  EXPECT_GT(found, 1000);
+}
+
 TEST(View, TexelsNearADirectionAreFewWhenTheAngleIsSmall) {
   const View view = face("front", {1024, 1024});
   const TexelBox box = texels_near(view, {0, 0, -1}, 0.01);

@@ -1,0 +1,68 @@
+// Integer weights: exact sums, nearness, and what is refused.
+// SPDX-License-Identifier: MIT
+#include "pipeline/warp/quantise.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+#include <random>
+
+namespace cupola {
+namespace {
+
+std::vector<Tap> taps_of(std::vector<double> weights) {
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  std::vector<Tap> taps;
+  for (const double weight : weights) taps.push_back({static_cast<int>(taps.size()), 0, 0, weight / sum});
+  return taps;
+}
+
+TEST(Quantise, SumsExactlyAndStaysWithinOneOfTheRealWeight) {
+  std::mt19937 random(1);
+  std::vector<int> integers;
+  for (int i = 0; i < 20000; ++i) {
+    const int count = std::uniform_int_distribution<>(2, i % 10 == 0 ? 2000 : 60)(random);
+    std::vector<double> weights(count);
+    for (double& weight : weights) weight = std::exp(std::uniform_real_distribution<>(-6, 0)(random));
+    const std::vector<Tap> taps = taps_of(weights);
+    const int total = i % 2 == 0 ? 256 : 8192;
+    ASSERT_TRUE(quantise(taps, total, total, integers));
+    ASSERT_EQ(std::accumulate(integers.begin(), integers.end(), 0), total);
+    for (int k = 0; k < count; ++k) {
+      ASSERT_GE(integers[k], 0);
+      ASSERT_LT(std::abs(integers[k] - taps[k].weight * total), 1.0 + 1e-9);
+    }
+  }
+}
+
+TEST(Quantise, RealWeightsThatAreWholeStayAsTheyAre) {
+  std::vector<int> integers;
+  ASSERT_TRUE(quantise(taps_of({1, 2, 1}), 256, 255, integers));
+  EXPECT_EQ(integers, (std::vector<int>{64, 128, 64}));
+}
+
+TEST(Quantise, OneStepTooManyGoesToTheNextHeaviestTap) {
+  std::vector<int> integers;
+  ASSERT_TRUE(quantise(taps_of({0.999, 0.0006, 0.0004}), 256, 255, integers));
+  EXPECT_EQ(integers, (std::vector<int>{255, 1, 0}));
+}
+
+TEST(Quantise, ASingleTapNeedsAllOfTheTotal) {
+  std::vector<int> integers;
+  EXPECT_FALSE(quantise(taps_of({1}), 256, 255, integers));
+  EXPECT_TRUE(quantise(taps_of({1}), 8192, 8192, integers));
+  EXPECT_FALSE(quantise(taps_of({0.6, 0.4}), 512, 255, integers)) << "bending the filter is not rounding";
+}
+
+TEST(Quantise, WideFlatFootprintsKeepTheirShape) {
+  // 20,000 taps of less than half a step each: every run of 100 taps must still weigh its share.
+  std::vector<int> integers;
+  ASSERT_TRUE(quantise(taps_of(std::vector<double>(20000, 1.0)), 8192, 8192, integers));
+  for (int i = 0; i < 20000; i += 100) {
+    EXPECT_NEAR(std::accumulate(integers.begin() + i, integers.begin() + i + 100, 0), 40.96, 1.0);
+  }
+}
+
+}  // namespace
+}  // namespace cupola
