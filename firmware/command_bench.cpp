@@ -1,0 +1,127 @@
+// cupola bench warp: time beside error, for the filter's settings, the methods and the instruction sets.
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "firmware/bench_warp.h"
+#include "firmware/command.h"
+#include "firmware/show.h"
+#include "pipeline/frame/atomic_file.h"
+
+namespace cupola {
+namespace {
+
+class BenchCommand final : public Command {
+ public:
+  explicit BenchCommand(CLI::App& program)
+      : Command(program, "bench", "Measure time and error",
+                "  cupola bench warp\n"
+                "  cupola bench warp --rig domemaster-4k-5 --face-size 2048 --only speed\n"
+                "  cupola bench warp --json figures.json\n") {
+    options().add_option("what", what_, "What to measure")->required()->check(CLI::IsMember({"warp"}));
+    options().add_option("--rig", rig_, "The rig whose speed is measured")->type_name("FILE");
+    options()
+        .add_option("--face-size", face_size_, "Sides of its faces, texels")
+        ->check(CLI::Range(8, 16384));
+    options().add_option("--rounds", rounds_, "Rounds of timing")->check(CLI::Range(1, 1000));
+    options()
+        .add_option("--circle", circle_, "Diameter of the quality frames, pixels")
+        ->check(CLI::Range(64, 4096));
+    options()
+        .add_option("--only", only_, "Leave the other part out")
+        ->check(CLI::IsMember({"speed", "quality"}));
+    options().add_option("--json", json_, "Write the figures too")->type_name("FILE");
+  }
+
+  int run() override;
+
+ private:
+  nlohmann::json report_speed(WorkerPool& pool) const;
+  nlohmann::json report_quality(WorkerPool& pool) const;
+
+  std::string what_;
+  std::string rig_ = "omnimax";
+  int face_size_ = 1024;
+  int rounds_ = 25;
+  int circle_ = 983;
+  std::string only_;
+  std::string json_;
+};
+
+nlohmann::json BenchCommand::report_speed(WorkerPool& pool) const {
+  Rig rig = load_named_rig(rig_, overrides());
+  set_view_sizes(rig, std::vector<Size>(rig.views.size(), Size{face_size_, face_size_}));
+  const Speed speed = measure_speed(rig, rounds_, true, pool);
+  fmt::print("{}: {} x {} from {} faces of {} x {}, one core, medians of {} rounds\n", rig.file.string(),
+             rig.frame.size.width, rig.frame.size.height, rig.views.size(), face_size_, face_size_, rounds_);
+  const bool with_peer = speed.rows.size() > 1 && speed.rows[1].name.starts_with("OpenCV");
+  fmt::print("{:<46} {:>8} {:>8} {:>9} {:>8} {:>8} {:>7} {:>6}\n", "", "ms", "ns/px", "x memcpy",
+             with_peer ? "x peer" : "", "table B", "rms", "max");
+  nlohmann::json rows = nlohmann::json::array();
+  for (const SpeedRow& row : speed.rows) {
+    const double copies = row.milliseconds / speed.rows[0].milliseconds;
+    const double peers = with_peer ? row.milliseconds / speed.rows[1].milliseconds : 0.0;
+    fmt::print("{:<46} {:>8.2f} {:>8.2f} {:>9.2f} {:>8} {:>8} {:>7} {:>6}\n", row.name, row.milliseconds,
+               row.ns_per_pixel, copies, with_peer ? fmt::format("{:.3f}", peers) : "",
+               row.bytes_per_pixel > 0 ? fmt::format("{:.1f}", row.bytes_per_pixel) : "",
+               row.rms >= 0 ? fmt::format("{:.3f}", row.rms) : "",
+               row.max >= 0 ? fmt::format("{:.2f}", row.max) : "");
+    rows.push_back({{"name", row.name},
+                    {"ms", row.milliseconds},
+                    {"ns_per_pixel", row.ns_per_pixel},
+                    {"times_memcpy", copies},
+                    {"table_bytes_per_pixel", row.bytes_per_pixel}});
+    if (with_peer) rows.back()["times_peer"] = peers;
+    if (row.rms >= 0) {
+      rows.back()["rms"] = row.rms;
+      rows.back()["max"] = row.max;
+    }
+  }
+  return rows;
+}
+
+nlohmann::json BenchCommand::report_quality(WorkerPool& pool) const {
+  const Quality quality =
+      measure_quality(usual_contenders(), {"rotated-checker", "zone-plate", "grid"}, circle_, pool);
+  fmt::print("PSNR (dB) against the exact pixel integral, circle of {} pixels\n{:<24} {:>5}", circle_, "",
+             "min.");
+  for (const std::string& scene : quality.scenes) fmt::print(" {:>16}", scene);
+  fmt::print(" {:>8}\n", "ms");
+  nlohmann::json rows = nlohmann::json::array();
+  for (const QualityRow& row : quality.rows) {
+    fmt::print("{:<24} {:>3}:1", row.contender, row.minification);
+    nlohmann::json scenes;
+    for (std::size_t i = 0; i < row.psnr_db.size(); ++i) {
+      fmt::print(" {:>16.2f}", row.psnr_db[i]);
+      scenes[quality.scenes[i]] = row.psnr_db[i];
+    }
+    fmt::print(" {:>8.2f}\n", row.milliseconds);
+    rows.push_back({{"name", row.contender},
+                    {"minification", row.minification},
+                    {"psnr_db", scenes},
+                    {"ms", row.milliseconds}});
+  }
+  return rows;
+}
+
+int BenchCommand::run() {
+  WorkerPool pool(threads());
+  nlohmann::json figures;
+  if (only_ != "quality") figures["speed"] = report_speed(pool);
+  if (only_ != "speed") figures["quality"] = report_quality(pool);
+  if (!json_.empty()) {
+    AtomicFile file(json_);
+    file.write(figures.dump(2) + "\n");
+    file.commit();
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::unique_ptr<Command> make_bench_command(CLI::App& program) {
+  return std::make_unique<BenchCommand>(program);
+}
+
+}  // namespace cupola
