@@ -116,7 +116,9 @@ class DemoWorld final : public World {
     const double turns = seconds / ball.period_s;
     const double angle = 2.0 * kPi * (turns - std::floor(turns) + ball.start);
     const double radius = radians(ball.radius_deg);
-    return {{turned(start, ball.pole, angle), radius}, radius, kBall, ball.colour};
+    const Vec3 place = turned(start, ball.pole, angle);
+    return {{place, radius + kBallSoft},    0.93 * radius,         kBall, ball.colour,
+            glm::normalize(kLight - place), 1.0 / std::sin(radius)};
   }
 
   Ink ink(const Sprite& sprite, const Vec3& d) const override {
@@ -125,6 +127,8 @@ class DemoWorld final : public World {
 
  private:
   enum Kind { kStar, kBall };
+  static constexpr double kBallSoft = radians(0.045);  // half its edge: a texel of a 1024 face in all
+  static inline const Vec3 kLight{-0.45, 0.72, 0.53};
   static inline const Vec3 kSun = towards(-38.0, 2.0);
   static inline const double kSunLevel = std::sqrt(kSun.x * kSun.x + kSun.z * kSun.z);
   static inline const Vec3 kPole = towards(0.0, 48.0);
@@ -194,32 +198,35 @@ class DemoWorld final : public World {
     const double turns = seconds / kTurn;
     const Vec3 place = turned(star.place, kPole, 2.0 * kPi * (turns - std::floor(turns)));
     const double clear = glm::smoothstep(0.10, 0.36, place.y);  // the dusk swallows the low ones
-    return {{place, clear > 0.0 ? star.reach : 0.0}, 0.0, kStar, star.colour * clear};
+    return {{place, clear > 0.0 ? star.reach : 0.0}, 0.0, kStar, star.colour * clear, Vec3{0.0},
+            1.0 / (star.reach * star.reach)};
   }
 
   static Ink star_ink(const Sprite& sprite, const Vec3& d) {
     const Vec3 away = d - sprite.cone.axis;
-    const double share = 1.0 - glm::dot(away, away) / (sprite.cone.angle * sprite.cone.angle);
+    const double share = 1.0 - glm::dot(away, away) * sprite.scale;
     return {sprite.colour * (share > 0.0 ? share * share : 0.0), 0.0};
   }
 
   // A sphere lit from above and behind the spectator, with the dusk along its far edge.
   static Ink ball_ink(const Sprite& sprite, const Vec3& d) {
-    const Vec3 light{-0.45, 0.72, 0.53};
     const Vec3& axis = sprite.cone.axis;
     const double depth = glm::dot(d, axis);
-    const Vec3 across = (d - depth * axis) / std::sin(sprite.cone.angle);
-    const double square = glm::dot(across, across);
-    if (square >= 1.0 || depth < 0.0) return {Vec3{0.0}, 0.0};
-    const Vec3 normal = across - std::sqrt(1.0 - square) * axis;
-    const double facing = 0.5 + 0.5 * glm::dot(normal, light);
+    const Vec3 across = (d - depth * axis) * sprite.scale;
+    const double square = glm::dot(across, across), size = 1.0 / sprite.scale;
+    const double edge_width = kBallSoft / size;
+    const double to_edge = (1.0 + edge_width - std::sqrt(square)) / (2.0 * edge_width);
+    if (to_edge <= 0.0 || depth < 0.0) return {Vec3{0.0}, 0.0};
+    const double inside = std::min(to_edge, 1.0), opacity = inside * inside * (3.0 - 2.0 * inside);
+    const Vec3 normal = across - std::sqrt(std::max(0.0, 1.0 - square)) * axis;
+    const double facing = 0.5 + 0.5 * glm::dot(normal, kLight);
     const double diffuse = 0.22 + 0.85 * facing * facing;
-    const double mirror = std::max(0.0, glm::dot(normal, glm::normalize(light - axis)));
+    const double mirror = std::max(0.0, glm::dot(normal, sprite.mirror));
     const double m4 = mirror * mirror * mirror * mirror, m16 = m4 * m4 * m4 * m4;
     const double highlight = 0.85 * m16 * m16 * m16;
     const double edge = square * square * square;
-    Vec3 colour = sprite.colour * diffuse + Vec3{0.30, 0.20, 0.22} * (0.6 * edge) + Vec3{highlight};
-    return {glm::min(colour, Vec3{1.0}), 1.0};
+    const Vec3 colour = sprite.colour * diffuse + Vec3{0.30, 0.20, 0.22} * (0.6 * edge) + Vec3{highlight};
+    return {glm::min(colour, Vec3{1.0}) * opacity, opacity};
   }
 
   std::vector<Star> stars_;

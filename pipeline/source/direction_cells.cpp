@@ -3,8 +3,9 @@
 #include "pipeline/source/direction_cells.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+
+#include "pipeline/optics/portable_math.h"
 
 namespace cupola {
 namespace {
@@ -21,34 +22,51 @@ Vec3 on_cube(int face, double u, double v) {
   }
 }
 
+// A square of a face seen from the eye: bounds in cells of `side` to a face's edge.
+Cone cone_around(int face, int side, int column, int row, int size) {
+  const auto edge = [side](double k) { return 2.0 * k / side - 1.0; };
+  Cone cone{on_cube(face, edge(column + 0.5 * size), edge(row + 0.5 * size)), 0.0};
+  for (const int corner : {0, 1, 2, 3}) {
+    const Vec3 d = on_cube(face, edge(column + size * (corner % 2)), edge(row + size * (corner / 2)));
+    cone.angle = std::max(cone.angle, std::acos(std::min(1.0, glm::dot(cone.axis, d))));
+  }
+  return cone;
+}
+
+// Those of `among` that reach into `place`.
+void pick(std::span<const Cone> cones, std::span<const std::uint32_t> among, const Cone& place,
+          std::vector<std::uint32_t>& picked) {
+  constexpr double kRoundingMargin = 1e-9;
+  for (const std::uint32_t c : among) {
+    const double limit = cones[c].angle + place.angle + kRoundingMargin;
+    if (glm::dot(place.axis, cones[c].axis) > std::cos(std::min(limit, portable::kPi))) picked.push_back(c);
+  }
+}
+
 }  // namespace
 
 DirectionCells::DirectionCells(std::span<const Cone> cones, int side) : side_(side) {
-  constexpr double kRoundingMargin = 1e-9;
-  begin_.push_back(0);
-  std::vector<std::uint32_t> on_face;
+  constexpr int kBlock = 8;  // cells a side, picked from together first
+  cells_.resize(static_cast<std::size_t>(6 * side * side));
+  std::vector<std::uint32_t> all, on_face, in_block;
+  for (std::uint32_t c = 0; c < cones.size(); ++c) {
+    if (cones[c].angle > 0.0) all.push_back(c);
+  }
   for (int face = 0; face < 6; ++face) {
     on_face.clear();
-    for (std::uint32_t c = 0; c < cones.size(); ++c) {
-      const double to_face =
-          std::acos(std::clamp(glm::dot(on_cube(face, 0.0, 0.0), cones[c].axis), -1.0, 1.0));
-      const double corner = std::acos(1.0 / std::sqrt(3.0));
-      if (cones[c].angle > 0.0 && to_face < cones[c].angle + corner + kRoundingMargin) on_face.push_back(c);
-    }
-    for (int row = 0; row < side; ++row) {
-      for (int column = 0; column < side; ++column) {
-        const auto edge = [side](double k) { return 2.0 * k / side - 1.0; };
-        const Vec3 centre = on_cube(face, edge(column + 0.5), edge(row + 0.5));
-        double reach = 0.0;
-        for (const int corner : {0, 1, 2, 3}) {
-          const Vec3 d = on_cube(face, edge(column + corner % 2), edge(row + corner / 2));
-          reach = std::max(reach, std::acos(std::min(1.0, glm::dot(centre, d))));
+    pick(cones, all, cone_around(face, side, 0, 0, side), on_face);
+    for (int block = 0; block < side * side; ++block) {
+      const int left = block % side, top = block / side;
+      if (left % kBlock != 0 || top % kBlock != 0) continue;
+      in_block.clear();
+      pick(cones, on_face, cone_around(face, side, left, top, kBlock), in_block);
+      for (int row = top; row < std::min(side, top + kBlock); ++row) {
+        for (int column = left; column < std::min(side, left + kBlock); ++column) {
+          Run& run = cells_[static_cast<std::size_t>((face * side + row) * side + column)];
+          run.first = static_cast<std::uint32_t>(items_.size());
+          pick(cones, in_block, cone_around(face, side, column, row, 1), items_);
+          run.last = static_cast<std::uint32_t>(items_.size());
         }
-        for (const std::uint32_t c : on_face) {
-          const double limit = cones[c].angle + reach + kRoundingMargin;
-          if (glm::dot(centre, cones[c].axis) > std::cos(limit)) items_.push_back(c);
-        }
-        begin_.push_back(static_cast<std::uint32_t>(items_.size()));
       }
     }
   }
@@ -68,8 +86,8 @@ std::span<const std::uint32_t> DirectionCells::near(const Vec3& d) const {
   const double scale = 0.5 * side_ / depth;
   const int column = std::min(static_cast<int>(u * scale + 0.5 * side_), side_ - 1);
   const int row = std::min(static_cast<int>(v * scale + 0.5 * side_), side_ - 1);
-  const std::size_t cell = static_cast<std::size_t>((face * side_ + row) * side_ + column);
-  return {items_.data() + begin_[cell], items_.data() + begin_[cell + 1]};
+  const Run& run = cells_[static_cast<std::size_t>((face * side_ + row) * side_ + column)];
+  return {items_.data() + run.first, items_.data() + run.last};
 }
 
 }  // namespace cupola

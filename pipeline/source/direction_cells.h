@@ -27,8 +27,11 @@ class DirectionCells {
   std::span<const std::uint32_t> near(const Vec3& d) const;
 
  private:
+  struct Run {
+    std::uint32_t first, last;  // in items_
+  };
   int side_;
-  std::vector<std::uint32_t> begin_;  // one a cell and one more: its run in items_
+  std::vector<Run> cells_;  // face by face, row by row
   std::vector<std::uint32_t> items_;
 };
 

@@ -68,7 +68,7 @@ Vec3 refined(const World& world, const TexelRays& rays, int x, int y) {
   if (four.range() < 0.1) return four.sum;
   const Tally eight = sample_grid(world, rays, x, y, 8);
   const Vec3 change = glm::abs(eight.sum - four.sum);
-  if (std::max(change.x, std::max(change.y, change.z)) < 1.5 / 255.0) return eight.sum;
+  if (std::max(change.x, std::max(change.y, change.z)) < 4.0 / 255.0) return eight.sum;
   return sample_grid(world, rays, x, y, 16).sum;
 }
 
@@ -106,6 +106,14 @@ GeneratedSource::GeneratedSource(std::span<const View> views, const Mat3& world_
     const Size size = face.view.size;
     const double focal = std::min(view.focal.x * size.width, view.focal.y * size.height);  // texels
     face.texel = 0.75 / focal;
+    face.reach = -2.0;
+    if (view.distortion == Distortion::kNone) {
+      for (const Vec2 corner : {Vec2{0, 0}, Vec2{0, 1}, Vec2{1, 0}, Vec2{1, 1}}) {
+        const Vec2 tangents = (corner - view.principal) / view.focal;
+        const double cosine = 1.0 / std::sqrt(1.0 + glm::dot(tangents, tangents));
+        face.reach = corner == Vec2{0, 0} ? cosine : std::min(face.reach, cosine);
+      }
+    }
     faces_.push_back(std::move(face));
   }
 }
@@ -148,8 +156,9 @@ void GeneratedSource::prepare(std::span<const NeededRegion> needed) {
 }
 
 void GeneratedSource::draw_backdrop(Face& face, int first_row, int last_row) const {
-  // Below this range of its corners and middle a texel is taken for linear.
-  constexpr double kEven = 2.5 / 255.0;
+  // A texel is taken for linear when its corners and middle differ little and agree in their mean: an edge
+  // through it would part the two.
+  constexpr double kGentle = 16.0 / 255.0, kAgreed = 1.0 / 255.0;
   const TexelRays rays(face.view);
   const int width = face.view.size.width;
   const auto span_of = [&](int y) {
@@ -177,7 +186,8 @@ void GeneratedSource::draw_backdrop(Face& face, int first_row, int last_row) con
       const Vec3 middle = world_->backdrop(rays.at(x + 0.5, row + 0.5));
       const Vec3 corner_sum = tally.sum;
       tally.add(middle);
-      const bool even = tally.range() < kEven;
+      const Vec3 bulge = glm::abs(0.25 * corner_sum - middle);
+      const bool even = tally.range() < kGentle && std::max(bulge.x, std::max(bulge.y, bulge.z)) < kAgreed;
       const Vec3 mean = even ? (corner_sum + 8.0 * middle) / 12.0 : refined(*world_, rays, x, row);
       face.uneven[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + x] = !even;
       for (int p = 0; p < 3; ++p) {
@@ -201,21 +211,21 @@ void GeneratedSource::clear(Face& face, const TexelBox& box) const {
 }
 
 void GeneratedSource::draw(Face& face, const Sprite& sprite, const TexelBox& box) {
-  // Gauss's two points a side integrate what is smooth; a rim takes a grid.
-  static constexpr double kSmooth[] = {0.5 - 0.28867513459481288, 0.5 + 0.28867513459481288};
-  static constexpr double kFine[] = {0.0625, 0.1875, 0.3125, 0.4375, 0.5625, 0.6875, 0.8125, 0.9375};
+  static constexpr double kMiddle[] = {0.5};
+  static constexpr double kGauss[] = {0.5 - 0.28867513459481288, 0.5 + 0.28867513459481288};
+  static constexpr double kGrid[] = {0.125, 0.375, 0.625, 0.875};
   const TexelRays rays(face.view);
   const double reach = std::cos(sprite.cone.angle + face.texel);
-  const bool rimmed = sprite.rim > 0.0;
-  const double rim_outside = std::cos(sprite.rim + face.texel);
-  const double rim_inside = std::cos(std::max(0.0, sprite.rim - face.texel));
+  const double inner = sprite.rim > 0.0 ? std::cos(sprite.rim) : 2.0;
   for (int y = box.y0; y < box.y1; ++y) {
     const RowSpan span = within(box, face.needed.rows[static_cast<std::size_t>(y)]);
     for (int x = span.first; x < span.last; ++x) {
       const double cosine = glm::dot(rays.at(x + 0.5, y + 0.5), sprite.cone.axis);
       if (cosine < reach) continue;
-      const bool at_rim = rimmed && cosine > rim_outside && cosine < rim_inside;
-      const std::span<const double> points = at_rim ? std::span<const double>(kFine) : kSmooth;
+      const bool at_rim = sprite.rim > 0.0 && cosine < inner;
+      const std::span<const double> points = cosine >= inner ? std::span<const double>(kMiddle)
+                                             : at_rim        ? std::span<const double>(kGrid)
+                                                             : std::span<const double>(kGauss);
       const bool uneven =
           at_rim &&
           face.uneven[static_cast<std::size_t>(y) * static_cast<std::size_t>(face.view.size.width) + x];

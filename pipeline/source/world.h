@@ -19,9 +19,11 @@ enum class Anchor : std::uint8_t { kHorizon, kAxis };
 // Something that moves over the backdrop, as it stands at one instant.
 struct Sprite {
   Cone cone;         // draws nothing outside; angle 0: not there at all
-  double rim = 0.0;  // radians from the axis at which it ends abruptly; 0: smooth throughout
-  int kind = 0;      // the world's own
+  double rim = 0.0;  // radians: nearer to the axis it varies slowly, farther out fast; 0: fast throughout
+  int kind = 0;      // this and the rest: the world's own
   Vec3 colour{0.0};
+  Vec3 mirror{0.0};
+  double scale = 0.0;
   friend bool operator==(const Sprite&, const Sprite&) = default;
 };
 
