@@ -7,8 +7,8 @@
 #include <cstring>
 #include <functional>
 #include <memory>
-#include <random>
 
+#include "firmware/frame_error.h"
 #include "firmware/peer.h"
 #include "hal/time/cpu_time.h"
 #include "pipeline/optics/frame_map.h"
@@ -92,40 +92,6 @@ double psnr(const Rig& rig, const Image& frame, const std::vector<double>& truth
   return 10.0 * std::log10(255.0 * 255.0 * static_cast<double>(count) / squares);
 }
 
-std::vector<ImageBuffer> noise_faces(const Rig& rig) {
-  std::vector<ImageBuffer> faces;
-  std::mt19937 random(1);
-  for (const View& view : rig.views) {
-    faces.emplace_back(PixelFormat::kRgbPlanar8, view.size);
-    for (int channel = 0; channel < 3; ++channel) {
-      for (int y = 0; y < view.size.height; ++y) {
-        std::uint8_t* row = faces.back().pixels().samples<std::uint8_t>(channel, y);
-        std::generate_n(row, view.size.width, [&] { return static_cast<std::uint8_t>(random() >> 24); });
-      }
-    }
-  }
-  return faces;
-}
-
-void add_error(SpeedRow& row, const FrameMap& map, const Image& frame, const std::vector<double>& exact) {
-  double squares = 0.0;
-  row.max = 0.0;
-  std::int64_t count = 0;
-  for (int y = 0; y < map.size.height; ++y) {
-    for (int x = 0; x < map.size.width; ++x) {
-      if (map.at(x, y) >= FrameMap::kUncovered) continue;
-      for (int channel = 0; channel < 3; ++channel) {
-        const auto at = (static_cast<std::size_t>(y) * map.size.width + x) * 3 + channel;
-        const double error = std::abs(frame.samples<std::uint8_t>(channel, y)[x] - exact[at]);
-        squares += error * error;
-        row.max = std::max(row.max, error);
-        ++count;
-      }
-    }
-  }
-  row.rms = std::sqrt(squares / static_cast<double>(count));
-}
-
 // One thing to be timed, and where its times go.
 struct Lap {
   SpeedRow row;
@@ -142,14 +108,13 @@ std::vector<Contender> usual_contenders() {
   return {{"ewa", Method::kEwa, {}},
           {"ewa paper", Method::kEwa, paper_preset()},
           {"ewa a2 r1", Method::kEwa, gaussian(2, 1, 0)},
-          {"ewa a2 r1 rec 0.5", Method::kEwa, gaussian(2, 1, 0.5)},
           {"ewa a2 r1 rec 1", Method::kEwa, gaussian(2, 1, 1)},
-          {"ewa a3 r1", Method::kEwa, gaussian(3, 1, 0)},
-          {"ewa a3 r1.25", Method::kEwa, gaussian(3, 1.25, 0)},
-          {"ewa a3 r1.25 rec 0.25", Method::kEwa, gaussian(3, 1.25, 0.25)},
           {"ewa a4 r1.25", Method::kEwa, gaussian(4, 1.25, 0)},
-          {"ewa a4 r1.25 rec 0.25", Method::kEwa, gaussian(4, 1.25, 0.25)},
-          {"ewa a4 r1.25 rec 0.5", Method::kEwa, gaussian(4, 1.25, 0.5)},
+          {"ewa a4 r1 rec 0.25", Method::kEwa, gaussian(4, 1, 0.25)},
+          {"ewa a6 r1 rec 0.25", Method::kEwa, gaussian(6, 1, 0.25)},
+          {"ewa a6 r1 rec 0.75", Method::kEwa, gaussian(6, 1, 0.75)},
+          {"ewa a6 r1 rec 1", Method::kEwa, gaussian(6, 1, 1)},
+          {"ewa a8 r1 rec 1", Method::kEwa, gaussian(8, 1, 1)},
           {"ewa-scan", Method::kEwaScan, {}},
           {"ewa-scan-integer", Method::kEwaScanInteger, {}},
           {"bilinear", Method::kBilinear, {}},
@@ -218,7 +183,9 @@ Speed measure_speed(const Rig& rig, int rounds, bool with_error, WorkerPool& poo
     if (with_error) {
       exact = ewa_exact_frame(own, faces, pool);
       make_table_warp(*tables.back(), best_cpu(), pool)->warp(faces, frame.pixels());
-      add_error(row, map, as_const(frame.pixels()), exact);
+      const FrameError error = frame_error(map, as_const(frame.pixels()), exact);
+      row.rms = error.rms;
+      row.max = error.max;
     }
     for (const Cpu cpu : cpus) {
       if (!supported(cpu)) continue;

@@ -2,16 +2,17 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
-#include <cmath>
 #include <cstdio>
 
 #include "firmware/command.h"
+#include "firmware/frame_error.h"
 #include "firmware/pictures.h"
 #include "firmware/show.h"
 #include "pipeline/frame/still.h"
 #include "pipeline/optics/frame_map.h"
 #include "pipeline/source/generated_source.h"
-#include "pipeline/warp/frame_warp.h"
+#include "pipeline/warp/ewa_exact.h"
+#include "pipeline/warp/ewa_warp.h"
 #include "pipeline/warp/table_build.h"
 
 namespace cupola {
@@ -50,51 +51,6 @@ class TableCommand final : public Command {
   std::string picture_;
   std::string map_;
 };
-
-// Faces of even noise, the hardest picture for fixed-point weights.
-std::vector<ImageBuffer> noise(const Rig& rig) {
-  std::vector<ImageBuffer> faces;
-  std::uint32_t state = 12345;
-  for (const View& view : rig.views) {
-    ImageBuffer& face = faces.emplace_back(PixelFormat::kRgbPlanar8, view.size);
-    for (int plane = 0; plane < 3; ++plane) {
-      for (int y = 0; y < view.size.height; ++y) {
-        auto* row = face.pixels().samples<std::uint8_t>(plane, y);
-        for (int x = 0; x < view.size.width; ++x) {
-          state = state * 1664525U + 1013904223U;
-          row[x] = static_cast<std::uint8_t>(state >> 24U);
-        }
-      }
-    }
-  }
-  return faces;
-}
-
-struct Difference {
-  double rms = 0.0;
-  double max = 0.0;
-};
-
-// In 8-bit steps, over pixels that some view covers. `exact` has 16 bits a sample, so that its own rounding,
-// at most 1/514 of a step, does not count.
-Difference difference(const Image& frame, const Image& exact, const FrameMap& map) {
-  Difference result;
-  double squares = 0.0;
-  for (int y = 0; y < map.size.height; ++y) {
-    for (int plane = 0; plane < 3; ++plane) {
-      const auto* coarse = frame.samples<std::uint8_t>(plane, y);
-      const auto* fine = exact.samples<std::uint16_t>(plane, y);
-      for (int x = 0; x < map.size.width; ++x) {
-        if (map.at(x, y) >= FrameMap::kUncovered) continue;
-        const double steps = std::abs(coarse[x] - fine[x] / 257.0);
-        squares += steps * steps;
-        result.max = std::max(result.max, steps);
-      }
-    }
-  }
-  result.rms = std::sqrt(squares / std::max(1.0, 3.0 * static_cast<double>(map.in_image - map.uncovered)));
-  return result;
-}
 
 void TableCommand::draw_cube(const Rig& rig, std::span<const NeededRegion> needed, WorkerPool& pool) const {
   GeneratedSource source(rig.views, rig.world_from_lens, make_world("demo"), 60.0, pool);
@@ -135,14 +91,12 @@ int TableCommand::run() {
   }
   fmt::print("uncovered   {} pixels\n", grouped(map.uncovered));
 
-  const std::vector<ImageBuffer> buffers = noise(rig);
+  const std::vector<ImageBuffer> buffers = noise_faces(rig);
   std::vector<Image> faces;
   for (const ImageBuffer& face : buffers) faces.push_back(face.pixels());
   ImageBuffer frame(PixelFormat::kRgbPlanar8, rig.frame.size);
-  ImageBuffer exact(PixelFormat::kRgbPlanar16, rig.frame.size);
-  make_frame_warp(rig, Method::kEwa, on, pool)->warp(faces, frame.pixels());
-  make_frame_warp(rig, Method::kEwaExact, on, pool)->warp(faces, exact.pixels());
-  const Difference error = difference(as_const(frame.pixels()), as_const(exact.pixels()), map);
+  make_table_warp(table, on, pool)->warp(faces, frame.pixels());
+  const FrameError error = frame_error(map, as_const(frame.pixels()), ewa_exact_frame(rig, faces, pool));
   fmt::print("error       {:.3f} steps RMS, {:.3f} at most, on noise, against ewa-exact\n", error.rms,
              error.max);
 

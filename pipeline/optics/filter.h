@@ -12,16 +12,16 @@ enum class Kernel : std::uint8_t {
 
 // How many bits the warp table's weights have.
 enum class TableForm : std::uint8_t {
-  kFast,     // weights of a pixel sum to 2^8; wide footprints as kPrecise
+  kFast,     // weights of a pixel sum to 2^8 to 2^10; wide footprints as kPrecise
   kPrecise,  // weights of a pixel sum to 2^13
 };
 
 struct FilterSettings {
+  // The defaults are the best Gaussian of docs/performance.md: alpha 6 has the variance of a box pixel.
   Kernel kernel = Kernel::kGaussian;
-  double alpha = 2.0;   // > 0
+  double alpha = 6.0;   // > 0
   double radius = 1.0;  // output pixels, > 0
-  double rec =
-      0.0;  // texels^2 added to the ellipse for reconstruction: 0 is the 1986 filter, 1 Heckbert's of 1989
+  double rec = 0.5;     // texels^2 added to the ellipse to reconstruct: 0 in 1986, 1 with Heckbert in 1989
   TableForm table = TableForm::kFast;
 };
 

@@ -104,10 +104,11 @@ TEST(FootprintOf, CalibratedCamerasAreTheReferences) {
   expect_equal_everywhere(rig, 1, 1e-5);
 }
 
+// Sides of 41 and 43: with 40 texels over 30 pixels some centres lie on the footprints' very edge.
 TEST(FootprintOf, OtherProjectionsAreTheReferences) {
   for (const FrameModel model : {FrameModel::kEquirectangular, FrameModel::kCylindrical,
                                  FrameModel::kMercator, FrameModel::kChromeBall, FrameModel::kCube}) {
-    Rig rig = test::omnimax_rig({90, 60}, 60, {40, 40}, kAllNames);
+    Rig rig = test::omnimax_rig({90, 60}, 60, {41, 43}, kAllNames);
     rig.frame.model = model;
     rig.frame.fov = 6.283185307179586;
     rig.frame.columns = 3;
