@@ -43,11 +43,11 @@ struct Ball {
 };
 
 const std::array<Ball, 5> kBalls = {{
-    {towards(10.0, 78.0), 76.0, 36.0, 0.03, 3.6, {0.93, 0.30, 0.22}},
-    {towards(90.0, 4.0), 84.0, 30.0, 0.30, 2.9, {0.98, 0.76, 0.25}},
-    {towards(-60.0, 35.0), 64.0, 44.0, 0.55, 3.2, {0.25, 0.66, 0.88}},
+    {towards(10.0, 78.0), 76.0, 36.0, 0.03, 3.3, {0.93, 0.30, 0.22}},
+    {towards(90.0, 4.0), 84.0, 30.0, 0.30, 2.6, {0.98, 0.76, 0.25}},
+    {towards(-60.0, 35.0), 64.0, 44.0, 0.55, 2.9, {0.25, 0.66, 0.88}},
     {towards(0.0, 40.0), 27.0, 20.0, 0.70, 1.9, {0.55, 0.85, 0.45}},
-    {towards(180.0, 60.0), 68.0, 52.0, 0.15, 2.6, {0.80, 0.45, 0.85}},
+    {towards(180.0, 60.0), 68.0, 52.0, 0.15, 2.3, {0.80, 0.45, 0.85}},
 }};
 
 // A ridge line's elevation in radians: peaks from folded sines.
@@ -117,7 +117,7 @@ class DemoWorld final : public World {
     const double angle = 2.0 * kPi * (turns - std::floor(turns) + ball.start);
     const double radius = radians(ball.radius_deg);
     const Vec3 place = turned(start, ball.pole, angle);
-    return {{place, radius + kBallSoft},    0.93 * radius,         kBall, ball.colour,
+    return {{place, radius + kBallSoft},    0.965 * radius,         kBall, ball.colour,
             glm::normalize(kLight - place), 1.0 / std::sin(radius)};
   }
 
@@ -213,11 +213,14 @@ class DemoWorld final : public World {
     const Vec3& axis = sprite.cone.axis;
     const double depth = glm::dot(d, axis);
     const Vec3 across = (d - depth * axis) * sprite.scale;
-    const double square = glm::dot(across, across), size = 1.0 / sprite.scale;
-    const double edge_width = kBallSoft / size;
-    const double to_edge = (1.0 + edge_width - std::sqrt(square)) / (2.0 * edge_width);
-    if (to_edge <= 0.0 || depth < 0.0) return {Vec3{0.0}, 0.0};
-    const double inside = std::min(to_edge, 1.0), opacity = inside * inside * (3.0 - 2.0 * inside);
+    const double square = glm::dot(across, across);
+    double opacity = 1.0;
+    if (square > 0.81) {
+      const double to_edge = 0.5 + (1.0 - std::sqrt(square)) / (2.0 * kBallSoft * sprite.scale);
+      if (to_edge <= 0.0 || depth < 0.0) return {Vec3{0.0}, 0.0};
+      const double inside = std::min(to_edge, 1.0);
+      opacity = inside * inside * (3.0 - 2.0 * inside);
+    }
     const Vec3 normal = across - std::sqrt(std::max(0.0, 1.0 - square)) * axis;
     const double facing = 0.5 + 0.5 * glm::dot(normal, kLight);
     const double diffuse = 0.22 + 0.85 * facing * facing;

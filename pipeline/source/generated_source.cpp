@@ -30,7 +30,7 @@ class TexelRays {
   Vec3 at(double u, double v) const {
     if (view_.distortion != Distortion::kNone) return direction_at(view_, {u, v});
     const Vec3 d = corner_ + u * per_u_ + v * per_v_;
-    return d / std::sqrt(glm::dot(d, d));
+    return d * (1.0 / std::sqrt(glm::dot(d, d)));
   }
 
  private:
@@ -211,21 +211,33 @@ void GeneratedSource::clear(Face& face, const TexelBox& box) const {
 }
 
 void GeneratedSource::draw(Face& face, const Sprite& sprite, const TexelBox& box) {
-  static constexpr double kMiddle[] = {0.5};
+  // One point will do well within a rim, Gauss's two a side where all is smooth, a grid across the rim.
   static constexpr double kGauss[] = {0.5 - 0.28867513459481288, 0.5 + 0.28867513459481288};
-  static constexpr double kGrid[] = {0.125, 0.375, 0.625, 0.875};
+  static constexpr double kGrid[] = {1.0 / 6.0, 0.5, 5.0 / 6.0};
   const TexelRays rays(face.view);
+  const MutableImage& canvas = face.canvas.pixels();
   const double reach = std::cos(sprite.cone.angle + face.texel);
   const double inner = sprite.rim > 0.0 ? std::cos(sprite.rim) : 2.0;
   for (int y = box.y0; y < box.y1; ++y) {
     const RowSpan span = within(box, face.needed.rows[static_cast<std::size_t>(y)]);
     for (int x = span.first; x < span.last; ++x) {
-      const double cosine = glm::dot(rays.at(x + 0.5, y + 0.5), sprite.cone.axis);
+      const Vec3 middle = rays.at(x + 0.5, y + 0.5);
+      const double cosine = glm::dot(middle, sprite.cone.axis);
       if (cosine < reach) continue;
-      const bool at_rim = sprite.rim > 0.0 && cosine < inner;
-      const std::span<const double> points = cosine >= inner ? std::span<const double>(kMiddle)
-                                             : at_rim        ? std::span<const double>(kGrid)
-                                                             : std::span<const double>(kGauss);
+      ++texels_redrawn_;
+      const auto put = [&](const Vec3& light, double clear) {
+        for (int p = 0; p < 3; ++p) {
+          std::uint16_t& sample = canvas.samples<std::uint16_t>(p, y)[x];
+          sample = to_16_bits(light[p] + clear * (sample * (1.0 / 65535.0)));
+        }
+      };
+      if (cosine >= inner) {
+        const Ink ink = world_->ink(sprite, middle);
+        put(ink.light, 1.0 - ink.opacity);
+        continue;
+      }
+      const bool at_rim = sprite.rim > 0.0;
+      const std::span<const double> points = at_rim ? std::span<const double>(kGrid) : kGauss;
       const bool uneven =
           at_rim &&
           face.uneven[static_cast<std::size_t>(y) * static_cast<std::size_t>(face.view.size.width) + x];
@@ -247,12 +259,7 @@ void GeneratedSource::draw(Face& face, const Sprite& sprite, const TexelBox& box
       const double count = static_cast<double>(points.size() * points.size());
       clear /= count;
       // What shows beside the rim is not the texel's mean where the backdrop varies within it.
-      const Vec3 correction = (behind_clear - clear * behind) / count;
-      for (int p = 0; p < 3; ++p) {
-        std::uint16_t& sample = face.canvas.pixels().samples<std::uint16_t>(p, y)[x];
-        sample = to_16_bits(light[p] / count + clear * (sample / 65535.0) + correction[p]);
-      }
-      ++texels_redrawn_;
+      put((light + behind_clear - clear * behind) / count, clear);
     }
   }
 }
