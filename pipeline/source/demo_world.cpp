@@ -117,7 +117,7 @@ class DemoWorld final : public World {
     const double angle = 2.0 * kPi * (turns - std::floor(turns) + ball.start);
     const double radius = radians(ball.radius_deg);
     const Vec3 place = turned(start, ball.pole, angle);
-    return {{place, radius + kBallSoft},    0.965 * radius,         kBall, ball.colour,
+    return {{place, radius + kBallSoft},    0.965 * radius,        kBall, ball.colour,
             glm::normalize(kLight - place), 1.0 / std::sin(radius)};
   }
 
