@@ -73,6 +73,7 @@ Cue read_cue(SettingsTable& table, const std::filesystem::path& directory) {
     if (table.has("out")) cue.part.out = table.integer("out", cue.part.in.value_or(0), kMost);
     cue.loop = table.flag("loop", false);
   }
+  if (table.has("compare")) cue.compare = static_cast<Method>(table.choice("compare", kMethodNames));
   if (table.text("transition", "cut") != "cut") {
     table.refuse("transition",
                  table.text("transition") == "fade" ? "fade is not part of this version" : "expected cut");

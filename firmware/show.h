@@ -14,6 +14,7 @@
 #include "pipeline/parallel/worker_pool.h"
 #include "pipeline/source/face_source.h"
 #include "pipeline/source/file_source.h"
+#include "pipeline/warp/frame_warp.h"
 
 namespace cupola {
 
@@ -31,6 +32,7 @@ struct Cue {
   std::optional<double> duration_s;
   SequencePart part;  // file numbers, or frames of a generated world
   bool loop = false;
+  std::optional<Method> compare;    // the left half of the frame is made by this method
   std::optional<std::size_t> then;  // the next cue's place; none: the show stops
 };
 

@@ -46,7 +46,8 @@ CueTiming timing(const Cue& cue, const FaceSource& source) {
 ShowFrames::ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& pool, bool whole_faces)
     : frame_size_(show.rig.frame.size), rate_(show.cues.front().rate), timeline_({CueTiming{}}) {
   std::vector<CueTiming> timings;
-  std::vector<std::vector<Size>> sizes;  // of the faces that each warp takes
+  using Needs = std::pair<std::vector<Size>, std::optional<Method>>;
+  std::vector<Needs> kinds;  // of each warp: the sizes of its faces and the method beside it
   for (const Cue& cue : show.cues) {
     OpenCue open;
     open.name = cue.name;
@@ -55,10 +56,12 @@ ShowFrames::ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& poo
     timings.push_back(timing(cue, *open.source));
     const std::vector<Size> faces = open.source->face_sizes();
     fit_faces(open.rig, cue, *open.source);
-    open.warp = static_cast<std::size_t>(std::find(sizes.begin(), sizes.end(), faces) - sizes.begin());
-    if (open.warp == sizes.size()) {
-      sizes.push_back(faces);
-      warps_.push_back(make_frame_warp(open.rig, method, cpu, pool));
+    const Needs needs{faces, cue.compare};
+    open.warp = static_cast<std::size_t>(std::find(kinds.begin(), kinds.end(), needs) - kinds.begin());
+    if (open.warp == kinds.size()) {
+      kinds.push_back(needs);
+      warps_.push_back(cue.compare ? make_split_warp(open.rig, *cue.compare, method, cpu, pool)
+                                   : make_frame_warp(open.rig, method, cpu, pool));
     }
     if (whole_faces) {
       std::vector<NeededRegion> all;

@@ -36,6 +36,14 @@ struct NeededRegion {
       row = {x < row.first ? x : row.first, x >= row.last ? x + 1 : row.last};
     }
   }
+  void include(const NeededRegion& other) {  // of the same size
+    for (int y = 0; y < size.height; ++y) {
+      const RowSpan& row = other.rows[static_cast<std::size_t>(y)];
+      if (row.empty()) continue;
+      include(row.first, y);
+      include(row.last - 1, y);
+    }
+  }
   std::int64_t texels() const {
     std::int64_t sum = 0;
     for (const RowSpan& row : rows) sum += row.empty() ? 0 : row.last - row.first;

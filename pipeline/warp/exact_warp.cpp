@@ -29,7 +29,7 @@ class ExactWarp final : public FrameWarp {
   }
 
  private:
-  const Rig& rig_;
+  const Rig rig_;
   WorkerPool& pool_;
   std::vector<NeededRegion> needed_;
 };

@@ -40,7 +40,14 @@ class FrameWarp {
   virtual std::size_t table_bytes() const = 0;
 };
 
-// The rig's views must have sizes. `pool` is borrowed for the warp's life. `cpu` matters to kEwa only.
+// The rig's views must have sizes; the rig is copied where it is needed later. `pool` is borrowed for the
+// warp's life. `cpu` matters to kEwa only.
 std::unique_ptr<FrameWarp> make_frame_warp(const Rig& rig, Method method, Cpu cpu, WorkerPool& pool);
+
+// The left half of the frame by one method, the right half by another, side by side as in the paper's
+// figure 6. Throws InputError for a rig whose frame has no centre (maps of the world, cubes) or is less than
+// 2 pixels wide.
+std::unique_ptr<FrameWarp> make_split_warp(const Rig& rig, Method left, Method right, Cpu cpu,
+                                           WorkerPool& pool);
 
 }  // namespace cupola

@@ -106,7 +106,7 @@ class PointWarp final : public FrameWarp {
     store_pixel(frame, x, y, sizeof(Sample), rgb[0], rgb[1], rgb[2]);
   }
 
-  const Rig& rig_;
+  const Rig rig_;
   bool bilinear_;
   WorkerPool& pool_;
   int width_;

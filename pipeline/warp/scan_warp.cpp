@@ -199,7 +199,7 @@ class ScanWarp final : public FrameWarp {
     store_pixel(frame, x, y, sizeof(Sample), rgb[0], rgb[1], rgb[2]);
   }
 
-  const Rig& rig_;
+  const Rig rig_;
   WorkerPool& pool_;
   int width_;
   std::array<Weight<Number>, kEntries> table_{};

@@ -8,7 +8,6 @@
 
 namespace cupola {
 
-// `rig` is borrowed for the warp's life.
 std::unique_ptr<FrameWarp> make_exact_warp(const Rig& rig, WorkerPool& pool);
 std::unique_ptr<FrameWarp> make_point_warp(const Rig& rig, Method method,
                                            WorkerPool& pool);  // kNearest, kBilinear

@@ -340,17 +340,6 @@ class TileBuilder {
   std::vector<int> weights_;
 };
 
-void merge(std::vector<NeededRegion>& into, const std::vector<NeededRegion>& from) {
-  for (std::size_t view = 0; view < into.size(); ++view) {
-    for (int y = 0; y < into[view].size.height; ++y) {
-      const RowSpan& row = from[view].rows[y];
-      if (row.empty()) continue;
-      into[view].include(row.first, y);
-      into[view].include(row.last - 1, y);
-    }
-  }
-}
-
 }  // namespace
 
 WarpTable build_warp_table(const Rig& rig, WorkerPool& pool) {
@@ -374,7 +363,7 @@ WarpTable build_warp_table(const Rig& rig, WorkerPool& pool) {
       TileBuilder builder(rig, gatherer, table.views);
       row[tile_x] = builder.build(tile_x, tile_y, needed);
       const std::lock_guard lock(merging);
-      merge(table.needed, needed);
+      for (std::size_t view = 0; view < needed.size(); ++view) table.needed[view].include(needed[view]);
     });
     for (TileCode& tile : row) {
       for (Block block : tile.blocks) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "pipeline/frame/error.h"
 #include "pipeline/warp/ewa_exact.h"
 #include "pipeline/warp/frame_warp.h"
 #include "tests/warp/faces.h"
@@ -111,6 +112,25 @@ TEST(BilinearMethod, ReproducesALinearRamp) {
     }
   }
   EXPECT_GT(compared, 500);
+}
+
+TEST(SplitWarp, HasEachMethodInItsHalf) {
+  WorkerPool pool(2);
+  const Rig rig = test::omnimax_rig({101, 80}, 100, {48, 48}, {"front", "left", "right", "top"});
+  const test::Faces faces = test::make_faces(rig, test::noise(10));
+  ImageBuffer split(PixelFormat::kRgb8, rig.frame.size);
+  ImageBuffer whole(PixelFormat::kRgb8, rig.frame.size);
+  make_split_warp(rig, Method::kNearest, Method::kEwa, best_cpu(), pool)->warp(faces.images, split.pixels());
+  const auto same_part = [&](Method method, int x, int width) {
+    make_frame_warp(rig, method, best_cpu(), pool)->warp(faces.images, whole.pixels());
+    return test::same_pixels(part_of(as_const(split.pixels()), x, 0, {width, 80}),
+                             part_of(as_const(whole.pixels()), x, 0, {width, 80}));
+  };
+  EXPECT_TRUE(same_part(Method::kNearest, 0, 50));
+  EXPECT_TRUE(same_part(Method::kEwa, 50, 51));
+  Rig map = rig;
+  map.frame.model = FrameModel::kMercator;
+  EXPECT_THROW(make_split_warp(map, Method::kNearest, Method::kEwa, best_cpu(), pool), InputError);
 }
 
 class ScanMethod : public testing::TestWithParam<Method> {};
