@@ -44,18 +44,23 @@ CubePoint on_cube(const Vec3& d) {
   return d.y > 0.0 ? CubePoint{3, Vec2{d.x, -d.z} / size.y} : CubePoint{4, Vec2{d.x, d.z} / size.y};
 }
 
-constexpr int kSquares = 16;  // along a face's side
-
-bool dark_square(const Vec2& at) {
-  const Vec2 square = glm::floor((at * 0.5 + 0.5) * static_cast<double>(kSquares));
+// `squares`: along a face's side.
+bool dark_square(const Vec2& at, int squares = 16) {
+  const Vec2 square = glm::floor((at * 0.5 + 0.5) * static_cast<double>(squares));
   return (static_cast<int>(square.x) + static_cast<int>(square.y)) % 2 != 0;
 }
 
 // The paper's figure 6: squares along the faces' texels.
 class Checker final : public StillWorld {
  public:
+  explicit Checker(int squares) : squares_(squares) {}
   Anchor anchor() const override { return Anchor::kAxis; }
-  Vec3 backdrop(const Vec3& d) const override { return Vec3{dark_square(on_cube(d).at) ? 0.0 : 1.0}; }
+  Vec3 backdrop(const Vec3& d) const override {
+    return Vec3{dark_square(on_cube(d).at, squares_) ? 0.0 : 1.0};
+  }
+
+ private:
+  int squares_;
 };
 
 // Squares of equal angle on a cube turned by odd angles: their edges run along no face's texels.
@@ -265,7 +270,10 @@ std::unique_ptr<const World> make_grid() {
   return std::make_unique<Grid>();
 }
 std::unique_ptr<const World> make_checker() {
-  return std::make_unique<Checker>();
+  return std::make_unique<Checker>(16);
+}
+std::unique_ptr<const World> make_fine_checker() {
+  return std::make_unique<Checker>(128);
 }
 std::unique_ptr<const World> make_rotated_checker() {
   return std::make_unique<RotatedChecker>();

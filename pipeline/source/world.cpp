@@ -11,13 +11,13 @@
 namespace cupola {
 namespace {
 
-constexpr std::array<std::string_view, 11> kNames = {
-    "demo",  "tree", "grid", "checker", "rotated-checker", "zone-plate",
-    "white", "grey", "bars", "focus",   "alignment"};
+constexpr std::array<std::string_view, 12> kNames = {
+    "demo",       "tree",  "grid", "checker", "fine-checker", "rotated-checker",
+    "zone-plate", "white", "grey", "bars",    "focus",        "alignment"};
 using Make = std::unique_ptr<const World> (*)();
 constexpr std::array<Make, kNames.size()> kMakers = {
-    make_demo_world, make_tree_world, make_grid, make_checker, make_rotated_checker, make_zone_plate,
-    make_white,      make_grey,       make_bars, make_focus,   make_alignment};
+    make_demo_world, make_tree_world, make_grid, make_checker, make_fine_checker, make_rotated_checker,
+    make_zone_plate, make_white,      make_grey, make_bars,    make_focus,        make_alignment};
 
 std::vector<Cone> cones_of(std::span<const Sprite> sprites) {
   std::vector<Cone> cones;

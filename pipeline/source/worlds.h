@@ -22,6 +22,7 @@ std::unique_ptr<const World> make_tree_world();
 
 std::unique_ptr<const World> make_grid();
 std::unique_ptr<const World> make_checker();
+std::unique_ptr<const World> make_fine_checker();
 std::unique_ptr<const World> make_rotated_checker();
 std::unique_ptr<const World> make_zone_plate();
 std::unique_ptr<const World> make_white();
