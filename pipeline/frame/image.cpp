@@ -70,7 +70,9 @@ void with_row(const BasicImage<Byte>& image, int y, Use use) {
 
 ImageBuffer::ImageBuffer(PixelFormat format, Size size) {
   assert(size.width >= 1 && size.width <= 65'535 && size.height >= 1 && size.height <= 65'535);
-  const std::size_t stride = (row_bytes(format, size.width) + kAlignment - 1) / kAlignment * kAlignment;
+  // An odd number of cache lines: rows a power of two apart would fall into the same few sets of the cache.
+  const std::size_t lines = (row_bytes(format, size.width) + kAlignment - 1) / kAlignment;
+  const std::size_t stride = (lines | 1U) * kAlignment;
   // A plane's rows are followed by slack that whole-register loads may touch.
   const std::size_t plane_bytes = stride * static_cast<std::size_t>(size.height) + kAlignment;
   bytes_ = plane_bytes * static_cast<std::size_t>(plane_count(format));

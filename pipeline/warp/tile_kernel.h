@@ -18,11 +18,16 @@ struct ViewTexels {
   std::array<std::ptrdiff_t, 3> stride{};
 };
 
-// The tile's pixels by channel, block by block: 16 pixels of a block stand together.
+// The tile's pixels by channel, row by row.
 template <class Sample>
 struct alignas(64) TilePixels {
-  std::array<std::array<Sample, kBlocksInTile * kPixelsInBlock>, 3> channel;
+  std::array<std::array<Sample, kTileSide * kTileSide>, 3> channel;
 };
+
+// Where block `i` of a tile begins within a channel of TilePixels.
+constexpr int first_pixel(int i) {
+  return i / kBlocksAcross * kBlockSide * kTileSide + i % kBlocksAcross * kBlockSide;
+}
 
 using TileKernel = void (*)(const WarpTable& table, int tile, std::span<const ViewTexels> views,
                             TilePixels<std::uint8_t>& pixels) noexcept;

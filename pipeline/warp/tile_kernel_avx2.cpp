@@ -28,13 +28,20 @@ __m256i sum_fours(__m256i unsigned_bytes, __m256i signed_bytes) {
   return _mm256_madd_epi16(_mm256_maddubs_epi16(unsigned_bytes, signed_bytes), _mm256_set1_epi16(1));
 }
 
+// Sixteen pixels of a block into its four rows.
+void store_rows(__m128i pixels, std::uint8_t* out) {
+  _mm_storeu_si32(out, pixels);
+  _mm_storeu_si32(out + kTileSide, _mm_shuffle_epi32(pixels, 0x55));
+  _mm_storeu_si32(out + 2 * kTileSide, _mm_shuffle_epi32(pixels, 0xaa));
+  _mm_storeu_si32(out + 3 * kTileSide, _mm_shuffle_epi32(pixels, 0xff));
+}
+
 // 2 x 8 totals -> 16 bytes, with saturation at 0 and 255.
 void store_pixels(__m256i first, __m256i second, int bits, std::uint8_t* out) {
   const __m128i shift = _mm_cvtsi32_si128(bits);
   const __m256i words = _mm256_permute4x64_epi64(
       _mm256_packs_epi32(_mm256_sra_epi32(first, shift), _mm256_sra_epi32(second, shift)), 0xd8);
-  _mm_store_si128(reinterpret_cast<__m128i*>(out),
-                  _mm_packus_epi16(_mm256_castsi256_si128(words), _mm256_extracti128_si256(words, 1)));
+  store_rows(_mm_packus_epi16(_mm256_castsi256_si128(words), _mm256_extracti128_si256(words, 1)), out);
 }
 
 class TileRun {
@@ -145,10 +152,10 @@ void run_tile_avx2(const WarpTable& table, int tile, std::span<const ViewTexels>
   const Block* block = table.blocks.data() + static_cast<std::size_t>(tile) * kBlocksInTile;
   for (int i = 0; i < kBlocksInTile; ++i, ++block) {
     for (int channel = 0; channel < 3; ++channel) {
-      std::uint8_t* out = pixels.channel[channel].data() + i * kPixelsInBlock;
+      std::uint8_t* out = pixels.channel[channel].data() + first_pixel(i);
       switch (block->kind) {
         case BlockKind::kEmpty:
-          _mm_store_si128(reinterpret_cast<__m128i*>(out), _mm_setzero_si128());
+          store_rows(_mm_setzero_si128(), out);
           break;
         case BlockKind::kNarrow8:
           run.narrow8(*block, channel, out);

@@ -46,8 +46,12 @@ __m512i patch_index(const Window& window) {
   return _mm512_add_epi8(repeat_each_four_times(start), _mm512_set1_epi32(0x03020100));
 }
 
+// Sixteen pixels of a block into its four rows.
 void store(__m128i pixels, std::uint8_t* out) {
-  _mm_store_si128(reinterpret_cast<__m128i*>(out), pixels);
+  _mm_storeu_si32(out, pixels);
+  _mm_storeu_si32(out + kTileSide, _mm_shuffle_epi32(pixels, 0x55));
+  _mm_storeu_si32(out + 2 * kTileSide, _mm_shuffle_epi32(pixels, 0xaa));
+  _mm_storeu_si32(out + 3 * kTileSide, _mm_shuffle_epi32(pixels, 0xff));
 }
 
 class TileRun {
@@ -167,7 +171,7 @@ void run_tile_avx512(const WarpTable& table, int tile, std::span<const ViewTexel
   const TileRun run(table, views, pixels);
   const Block* block = table.blocks.data() + static_cast<std::size_t>(tile) * kBlocksInTile;
   for (int i = 0; i < kBlocksInTile; ++i, ++block) {
-    const int at = i * kPixelsInBlock;
+    const int at = first_pixel(i);
     switch (block->kind) {
       case BlockKind::kEmpty:
         run.empty(at);

@@ -42,7 +42,9 @@ class TileRun {
         line = add_narrow(window, block.kind, channel, line, sum);
       }
     }
-    for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) out[pixel] = rounded<Sample>(sum[pixel], block.bits);
+    for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
+      out[pixel / kBlockSide * kTileSide + pixel % kBlockSide] = rounded<Sample>(sum[pixel], block.bits);
+    }
   }
 
  private:
@@ -90,9 +92,9 @@ void run_tile(const WarpTable& table, int tile, std::span<const ViewTexels> view
   for (int i = 0; i < kBlocksInTile; ++i) {
     const Block& block = table.blocks[static_cast<std::size_t>(tile) * kBlocksInTile + i];
     for (int channel = 0; channel < 3; ++channel) {
-      Sample* out = pixels.channel[channel].data() + i * kPixelsInBlock;
+      Sample* out = pixels.channel[channel].data() + first_pixel(i);
       if (block.kind == BlockKind::kEmpty) {
-        std::fill_n(out, kPixelsInBlock, Sample{0});
+        for (int row = 0; row < kBlockSide; ++row) std::fill_n(out + row * kTileSide, kBlockSide, Sample{0});
       } else {
         run.block(block, channel, out);
       }

@@ -1,24 +1,16 @@
-// Blocks back to rows, rows into the frame.
+// Rows of a tile into the frame.
 // SPDX-License-Identifier: MIT
 #include "pipeline/warp/tile_store.h"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 
 namespace cupola {
 namespace {
 
 template <class Sample>
-using Row = std::array<Sample, kTileSide>;
-
-template <class Sample>
-void take_row(const TilePixels<Sample>& pixels, int channel, int y, Sample* row) {
-  const Sample* blocks = pixels.channel[channel].data() + (y / kBlockSide) * kBlocksAcross * kPixelsInBlock +
-                         (y % kBlockSide) * kBlockSide;
-  for (int i = 0; i < kBlocksAcross; ++i) {
-    std::memcpy(row + i * kBlockSide, blocks + i * kPixelsInBlock, kBlockSide * sizeof(Sample));
-  }
+const Sample* tile_row(const TilePixels<Sample>& pixels, int channel, int row) {
+  return pixels.channel[static_cast<std::size_t>(channel)].data() + row * kTileSide;
 }
 
 template <class To, class From>
@@ -36,45 +28,39 @@ template <class To, class From>
 void store_planar(const TilePixels<From>& pixels, int y, int x, int width, const MutableImage& frame,
                   int row) {
   for (int channel = 0; channel < 3; ++channel) {
+    const From* samples = tile_row(pixels, channel, row);
     To* out = frame.samples<To>(channel, y) + x;
     if constexpr (sizeof(To) == sizeof(From)) {
-      if (width == kTileSide) {
-        take_row(pixels, channel, row, out);
-        continue;
-      }
+      std::memcpy(out, samples, static_cast<std::size_t>(width) * sizeof(To));
+    } else {
+      for (int i = 0; i < width; ++i) out[i] = as<To>(samples[i]);
     }
-    Row<From> samples;
-    take_row(pixels, channel, row, samples.data());
-    for (int i = 0; i < width; ++i) out[i] = as<To>(samples[i]);
   }
-}
-
-template <class From>
-std::array<Row<From>, 3> take_channels(const TilePixels<From>& pixels, int row) {
-  std::array<Row<From>, 3> rgb;
-  for (int channel = 0; channel < 3; ++channel) take_row(pixels, channel, row, rgb[channel].data());
-  return rgb;
 }
 
 template <class To, class From>
 void store_interleaved(const TilePixels<From>& pixels, int y, int x, int width, const MutableImage& frame,
                        int row) {
-  const std::array<Row<From>, 3> rgb = take_channels(pixels, row);
+  const From* red = tile_row(pixels, 0, row);
+  const From* green = tile_row(pixels, 1, row);
+  const From* blue = tile_row(pixels, 2, row);
   To* out = frame.samples<To>(0, y) + x * 3;
   for (int i = 0; i < width; ++i, out += 3) {
-    out[0] = as<To>(rgb[0][i]);
-    out[1] = as<To>(rgb[1][i]);
-    out[2] = as<To>(rgb[2][i]);
+    out[0] = as<To>(red[i]);
+    out[1] = as<To>(green[i]);
+    out[2] = as<To>(blue[i]);
   }
 }
 
 template <class From>
 void store_xrgb(const TilePixels<From>& pixels, int y, int x, int width, const MutableImage& frame, int row) {
-  const std::array<Row<From>, 3> rgb = take_channels(pixels, row);
+  const From* red = tile_row(pixels, 0, row);
+  const From* green = tile_row(pixels, 1, row);
+  const From* blue = tile_row(pixels, 2, row);
   auto* out = frame.samples<std::uint32_t>(0, y) + x;
   for (int i = 0; i < width; ++i) {
-    out[i] = 0xff000000U | static_cast<std::uint32_t>(as<std::uint8_t>(rgb[0][i])) << 16 |
-             static_cast<std::uint32_t>(as<std::uint8_t>(rgb[1][i])) << 8 | as<std::uint8_t>(rgb[2][i]);
+    out[i] = 0xff000000U | static_cast<std::uint32_t>(as<std::uint8_t>(red[i])) << 16 |
+             static_cast<std::uint32_t>(as<std::uint8_t>(green[i])) << 8 | as<std::uint8_t>(blue[i]);
   }
 }
 
