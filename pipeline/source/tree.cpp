@@ -101,7 +101,8 @@ void Tree::grow(Dice& dice, const Vec3& from, const Vec3& along, double length, 
     if (level >= kTwig - 2) {
       const int count = level == kTwig ? 8 : 4;
       for (int l = 0; l < count; ++l) {
-        const Vec3 centre = at + any_direction(dice) * dice.between(0.03, 0.24);
+        const Vec3 away = any_direction(dice);  // one roll a statement: compilers order operands as they like
+        const Vec3 centre = at + away * dice.between(0.03, 0.24);
         const Vec3 normal = glm::normalize(any_direction(dice) + Vec3{0.0, 0.7, 0.0});
         leaves_.push_back({centre, normal, dice.between(0.035, 0.07), dice.roll()});
       }
