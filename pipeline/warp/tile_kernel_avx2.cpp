@@ -53,9 +53,8 @@ class TileRun {
     __m256i sum[2] = {bias(block.covered, block.bits), bias(block.covered >> 8, block.bits)};
     const WeightLine* line = table_.lines.data() + block.first_line;
     for (const Window& window : windows(block)) {
-      const ViewTexels& view = views_[window.view];
-      const std::ptrdiff_t stride = view.stride[channel];
-      const std::uint8_t* texels = view.plane[channel] + window.y * stride + window.x;
+      const std::ptrdiff_t stride = views_[window.view].stride[channel];
+      const std::uint8_t* texels = first_texel(window, channel);
       const __m256i offsets[2] = {patch_offsets(window.start.data(), stride),
                                   patch_offsets(window.start.data() + 8, stride)};
       for (int row = 0; row < window.rows; ++row, ++line, texels += stride) {
@@ -73,9 +72,8 @@ class TileRun {
     __m256i low[2] = {};
     const WeightLine* line = table_.lines.data() + block.first_line;
     for (const Window& window : windows(block)) {
-      const ViewTexels& view = views_[window.view];
-      const std::ptrdiff_t stride = view.stride[channel];
-      const std::uint8_t* texels = view.plane[channel] + window.y * stride + window.x;
+      const std::ptrdiff_t stride = views_[window.view].stride[channel];
+      const std::uint8_t* texels = first_texel(window, channel);
       const __m256i offsets[2] = {patch_offsets(window.start.data(), stride),
                                   patch_offsets(window.start.data() + 8, stride)};
       for (int row = 0; row < window.rows; ++row, line += 2, texels += stride) {
@@ -93,9 +91,8 @@ class TileRun {
     alignas(32) std::array<std::int32_t, kPixelsInBlock> sums{};
     const WeightLine* line = table_.lines.data() + block.first_line;
     for (const Window& window : windows(block)) {
-      const ViewTexels& view = views_[window.view];
-      const std::ptrdiff_t stride = view.stride[channel];
-      const std::uint8_t* texels = view.plane[channel] + window.y * stride + window.x;
+      const std::ptrdiff_t stride = views_[window.view].stride[channel];
+      const std::uint8_t* texels = first_texel(window, channel);
       __m256i high = _mm256_setzero_si256();
       __m256i low = _mm256_setzero_si256();
       for (int half = 0; half < 2; ++half, texels += 4 * stride) {
@@ -116,6 +113,11 @@ class TileRun {
   }
 
  private:
+  const std::uint8_t* first_texel(const Window& window, int channel) const {
+    const ViewTexels& view = views_[window.view];
+    return view.plane[channel] + window.y * view.stride[channel] + window.x;
+  }
+
   std::span<const Window> windows(const Block& block) const {
     return {table_.windows.data() + block.first_window, block.window_count};
   }
