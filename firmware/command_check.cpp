@@ -62,8 +62,10 @@ void CheckCommand::check_show(std::vector<std::string>& errors) const {
       fit_faces(rig, cue, *source);
       const std::optional<std::int64_t> length = source->length();
       if (readable) {
-        fmt::print("cue {}: {}, {} a second\n", cue.name, length ? grouped(*length) + " frames" : "endless",
-                   cue.rate);
+        const std::string lasts = cue.duration_s        ? fmt::format("{} s", *cue.duration_s)
+                                  : length && !cue.loop ? grouped(*length) + " frames"
+                                                        : "endless";
+        fmt::print("cue {}: {}, {} a second\n", cue.name, lasts, cue.rate);
       }
     } catch (const InputError& error) {
       errors.emplace_back(fmt::format("cue {}: {}", cue.name, error.what()));

@@ -128,7 +128,7 @@ int PlayCommand::run() {
   FakeClock fake;
   Clock& clock = fast_forward_ || display_ == "file" ? static_cast<Clock&>(fake) : static_cast<Clock&>(real);
   ShowFrames frames(what, Method::kEwa, on, pool);
-  if (fast_forward_ && seconds_ == 0.0 && !frames.timeline().length()) {
+  if ((fast_forward_ || display_ == "file") && seconds_ == 0.0 && !frames.timeline().length()) {
     throw InputError(fmt::format("{}: the show never ends; expected --seconds N", show_));
   }
   std::unique_ptr<Display> display;

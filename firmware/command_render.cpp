@@ -150,7 +150,7 @@ std::vector<std::int64_t> RenderCommand::numbers(const FrameRange& range) const 
   }
   std::vector<std::int64_t> numbers;
   for (std::int64_t number = range.first; number <= range.last; ++number) {
-    if (number % shards == shard - 1) numbers.push_back(number);
+    if ((number - range.first) % shards == shard - 1) numbers.push_back(number);
   }
   return numbers;
 }

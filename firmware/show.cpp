@@ -28,7 +28,7 @@ std::filesystem::path found(const std::filesystem::path& file, const std::filesy
                             std::string_view room) {
   std::error_code ignored;
   const std::filesystem::path beside = (directory / file).lexically_normal();
-  if (std::filesystem::exists(beside, ignored)) return beside;
+  if (std::filesystem::is_regular_file(beside, ignored)) return beside;
   const std::filesystem::path named = find_config(file, directory, room);
   return named.empty() ? beside : named.lexically_normal();  // whoever opens it says what is wrong
 }

@@ -86,20 +86,15 @@ PixelFormat ShowFrames::format() const {
 ShowFrames::Change ShowFrames::advance(std::chrono::nanoseconds time) noexcept {
   const std::optional<Moment> moment = timeline_.at(time);
   if (!moment) return Change::kOver;
-  if (shown_ && *moment == moment_) return Change::kUnchanged;
-  const bool cut = !shown_ || moment->cue != moment_.cue;
+  if (asked_ && *moment == moment_) return failed_ ? Change::kFailed : Change::kUnchanged;
   moment_ = *moment;
-  shown_ = true;
-  switch (cues_[moment_.cue].source->fetch(moment_.frame, faces_)) {
-    case Fetch::kNew:
-      return Change::kNew;
-    case Fetch::kUnchanged:
-      return cut ? Change::kNew : Change::kUnchanged;
-    case Fetch::kEnd:
-    case Fetch::kFailed:
-      return Change::kFailed;
-  }
-  return Change::kFailed;
+  asked_ = true;
+  const Fetch fetched = cues_[moment_.cue].source->fetch(moment_.frame, faces_);
+  failed_ = fetched == Fetch::kEnd || fetched == Fetch::kFailed;
+  if (failed_) return Change::kFailed;
+  const bool cut = shown_cue_ != moment_.cue;
+  shown_cue_ = moment_.cue;
+  return fetched == Fetch::kNew || cut ? Change::kNew : Change::kUnchanged;
 }
 
 void ShowFrames::warp(const MutableImage& frame) noexcept {

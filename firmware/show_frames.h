@@ -56,7 +56,9 @@ class ShowFrames {
   std::vector<std::unique_ptr<FrameWarp>> warps_;  // shared by cues with faces of the same sizes
   Timeline timeline_;
   Moment moment_{0, -1};
-  bool shown_ = false;  // a frame was fetched
+  bool asked_ = false;                    // moment_ was asked for ...
+  bool failed_ = false;                   // ... in vain
+  std::optional<std::size_t> shown_cue_;  // whose faces were fetched last
   FaceSet faces_;
 };
 

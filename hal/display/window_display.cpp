@@ -3,7 +3,9 @@
 #include "hal/display/window_display.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <stdexcept>
+#include <string_view>
 
 #include <SDL.h>
 
@@ -38,6 +40,11 @@ void WindowDisplay::Destroy::operator()(SDL_Texture* texture) const {
 WindowDisplay::WindowDisplay(Clock& clock, const std::string& title, int width, int height)
     : clock_(clock), width_(width), height_(height) {
   if (width < 1 || height < 1) throw std::runtime_error("window: expected at least one pixel");
+  // Without a desktop SDL falls back to a driver that shows nothing; only who names that one wants it.
+  const std::string_view driver = SDL_GetCurrentVideoDriver() ? SDL_GetCurrentVideoDriver() : "";
+  if ((driver == "dummy" || driver == "offscreen") && std::getenv("SDL_VIDEODRIVER") == nullptr) {
+    throw std::runtime_error("window: there is no desktop to open it on");
+  }
   SDL_Rect desk{0, 0, width, height};
   SDL_GetDisplayUsableBounds(0, &desk);
   const double scale = std::min({1.0, 0.9 * desk.w / width, 0.9 * desk.h / height});

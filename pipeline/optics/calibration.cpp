@@ -58,6 +58,12 @@ double positive(const YAML::Node& root, const std::filesystem::path& file, const
   return value;
 }
 
+// Below the radial factor's fraction bar: where it comes to 0 the model has a pole.
+double radial_divisor(const std::array<double, 8>& c, double r) {
+  const double y = r * r;
+  return 1.0 + y * (c[5] + y * (c[6] + y * c[7]));
+}
+
 // Slope of the distorted radius of the radial part alone.
 double radial_slope(const std::array<double, 8>& c, double r) {
   const auto [k1, k2, p1, p2, k3, k4, k5, k6] = c;
@@ -90,6 +96,7 @@ std::string limit_distortion(View& view) {
   view.limit = step;
   while (view.limit < most) {
     const double next = view.limit + step;
+    if (!fisheye && !(radial_divisor(view.coefficients, next) > 0.0)) break;
     if (!((fisheye ? fisheye_slope(view.coefficients, next) : radial_slope(view.coefficients, next)) > 0.0))
       break;
     view.limit = next;

@@ -57,7 +57,7 @@ double solve_rising(Function&& f, double target, double low, double high) {
   return x;
 }
 
-// The first of `steps` points on (0, 1] where the curve has stopped rising, refined by halving; > 1 when
+// The first of 4097 points from 0 to 1 where the curve has stopped rising, refined by halving; > 1 when
 // none.
 template <class Slope>
 double first_fold(Slope&& slope) {

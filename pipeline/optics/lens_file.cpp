@@ -54,6 +54,7 @@ Lens read_lens(SettingsTable& table, const std::filesystem::path& directory) {
     if (file.empty()) table.refuse("file", "expected a lens file beside the rig or in config/lenses");
     table.finish();
     SettingsTable own = load_settings(file);
+    if (own.has("file")) own.refuse("file", "expected a lens with a model, not another file");
     return read_lens(own, file.parent_path());
   }
   Lens lens = read_model(table);

@@ -19,6 +19,8 @@ namespace cupola {
 namespace {
 
 constexpr double kMostPixels = 65535.0;
+// exp(-64) is 1e-28: every texel of a footprint still weighs something, however few and far they are.
+constexpr double kFaintest = 64.0;
 constexpr std::array<std::string_view, 6> kFrameModels = {"fisheye",  "equirectangular", "cylindrical",
                                                           "mercator", "chrome-ball",     "cube"};
 
@@ -96,6 +98,11 @@ FilterSettings read_filter(SettingsTable table) {
   filter.alpha = table.number("alpha", 0.01, 50.0, filter.alpha);
   filter.radius = table.number("radius", 0.25, 8.0, filter.radius);
   filter.rec = table.number("rec", 0.0, 16.0, filter.rec);
+  if (filter.alpha * filter.radius * filter.radius > kFaintest) {
+    table.refuse("alpha",
+                 fmt::format("expected alpha x radius^2 of at most {}: weights at the footprint's rim vanish",
+                             kFaintest));
+  }
   constexpr std::array<std::string_view, 2> kForms = {"fast", "precise"};
   filter.table =
       static_cast<TableForm>(table.choice("table", kForms, static_cast<std::size_t>(filter.table)));

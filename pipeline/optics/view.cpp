@@ -92,7 +92,9 @@ bool plane_point(const View& view, const Vec3& d, PlanePoint& p, Vec3& da, Vec3&
     if (angle > view.limit) return false;
     double slope = 0.0;
     const double radius = fisheye_radius(view.coefficients, angle, slope);
-    if (rho < 1e-9 * std::abs(z)) {  // on the axis the model is the plane's: radius = angle = tan(angle)
+    if (rho < 1e-9 * std::abs(z)) {
+      if (z <= 0.0) return false;  // straight behind is a whole circle of the picture
+                                   // on the axis the model is the plane's: radius = angle = tan(angle)
       p = {x / z, -y / z};
       da = (view.right - p.a * view.forward) / z;
       db = (-view.up - p.b * view.forward) / z;
@@ -117,9 +119,11 @@ bool plane_point(const View& view, const Vec3& d, PlanePoint& p, Vec3& da, Vec3&
     if (p.a * p.a + p.b * p.b > view.limit * view.limit) return false;
     PlaneJacobian j{};
     p = bend(view.coefficients, p, j);
-    const Vec3 ideal_da = da;
-    da = j.aa * ideal_da + j.ab * db;
-    db = j.ba * ideal_da + j.bb * db;
+    if constexpr (kGradients) {
+      const Vec3 ideal_da = da;
+      da = j.aa * ideal_da + j.ab * db;
+      db = j.ba * ideal_da + j.bb * db;
+    }
   }
   return true;
 }

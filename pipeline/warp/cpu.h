@@ -12,7 +12,7 @@ enum class Cpu : std::uint8_t { kScalar, kAvx2, kAvx512 };
 
 inline constexpr std::string_view kCpuNames[] = {"scalar", "avx2", "avx512"};
 
-// Whether this machine has all that the kernels of `cpu` use (kAvx512: F, BW, VL, VBMI and VNNI).
+// Whether this machine has all that the kernels of `cpu` use (kAvx512: F, BW, DQ, VL, VBMI and VNNI).
 bool supported(Cpu cpu);
 // The fastest of the supported ones.
 Cpu best_cpu();

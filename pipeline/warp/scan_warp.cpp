@@ -18,7 +18,7 @@ namespace {
 constexpr int kEntries = 4096;
 
 // Q runs from 0 to kEntries. Integers carry this many bits behind the point: a box of n x n texels drifts by
-// less than n^2 2^-21 entries.
+// less than n^2 2^-20 entries.
 constexpr int kFractionBits = 20;
 
 template <class Number>
@@ -193,7 +193,9 @@ class ScanWarp final : public FrameWarp {
       if constexpr (std::is_integral_v<Number>) {
         rgb[channel] = static_cast<unsigned>((2 * num[channel] + den) / (2 * den));
       } else {
-        rgb[channel] = static_cast<unsigned>(num[channel] / den + 0.5F);
+        // A sum of floats may come out a little above the brightest of them.
+        constexpr auto kMost = static_cast<float>(static_cast<Sample>(~Sample{0}));
+        rgb[channel] = static_cast<unsigned>(std::min(num[channel] / den + 0.5F, kMost));
       }
     }
     store_pixel(frame, x, y, sizeof(Sample), rgb[0], rgb[1], rgb[2]);

@@ -55,6 +55,13 @@ TEST_F(Calibration, FisheyeModelIsTaken) {
   EXPECT_EQ(view.distortion, Distortion::kFisheye);
 }
 
+TEST_F(Calibration, ModelsAreTakenUpToTheirPoleOnly) {
+  // k4 = -1/4: the radial factor's divisor comes to 0 at r = 2; the corner at 0.8 is well before.
+  View view;
+  read_calibration(write(opencv("0, 0, 0, 0, 0, -0.25, 0, 0")), view);
+  EXPECT_NEAR(view.limit, 2.0, 0.01);
+}
+
 TEST_F(Calibration, WrongFilesAreRefusedByName) {
   EXPECT_NE(refusal(opencv("-0.1, 0.01")).find("distortion_coefficients: expected 4, 5 or 8"),
             std::string::npos);

@@ -119,7 +119,14 @@ TEST_F(RigFile, BadRigsAreRefused) {
   expect_refused(kFrame + kLens + "[[view]]\nname = \"front\"\nsize = [0, 10]\n", "size");
   expect_refused("[frame]\nmodel = \"cube\"\nwidth = 100\nheight = 80\nlayout = \"3x2\"\n" + kFront,
                  "layout");
+  expect_refused(kFrame + kLens + kFront + "[filter]\nalpha = 50\nradius = 8\n", "filter.alpha");
   EXPECT_THROW(load_rig("/no/such/rig.toml"), InputError);
+}
+
+TEST_F(RigFile, ALensFileThatNamesAnotherFileIsRefused) {
+  const std::filesystem::path lens = file_.parent_path() / "loop_lens.toml";
+  std::ofstream(lens) << "file = \"loop_lens.toml\"\n";
+  EXPECT_THROW(load(kFrame + "[lens]\nfile = \"loop_lens.toml\"\n" + kFront), InputError);
 }
 
 TEST_F(RigFile, ViewsTakeTheSizesOfTheirPicturesUnlessTheRigSaysOtherwise) {
