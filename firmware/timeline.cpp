@@ -13,6 +13,9 @@ Timeline::Timeline(std::vector<CueTiming> cues) : cues_(std::move(cues)) {
   for (const CueTiming& cue : cues_) lengths_.push_back(length_of(cue));
 }
 
+// A quarter of a flip at 60 Hz: what jitter may do, however long a cue's frames last.
+constexpr nanoseconds kMostEarly{4'000'000};
+
 std::optional<nanoseconds> Timeline::length_of(const CueTiming& cue) const {
   std::optional<nanoseconds> length = cue.duration;
   if (!length && cue.frames && !cue.loop) {
@@ -25,7 +28,8 @@ std::optional<nanoseconds> Timeline::length_of(const CueTiming& cue) const {
 std::optional<Moment> Timeline::at(nanoseconds time) noexcept {
   while (!over_) {
     const CueTiming& cue = cues_[cue_];
-    const nanoseconds within = time - begin_ + nanoseconds(std::llround(0.25e9 / cue.rate));
+    const nanoseconds early = std::min(kMostEarly, nanoseconds(std::llround(0.25e9 / cue.rate)));
+    const nanoseconds within = time - begin_ + early;
     if (!lengths_[cue_] || within < *lengths_[cue_]) {
       std::int64_t frame = static_cast<std::int64_t>(
           static_cast<double>(std::max<std::int64_t>(0, within.count())) * cue.rate * 1e-9);
@@ -37,12 +41,6 @@ std::optional<Moment> Timeline::at(nanoseconds time) noexcept {
     cue_ = cue.then.value_or(cue_);
   }
   return std::nullopt;
-}
-
-void Timeline::rewind() noexcept {
-  cue_ = 0;
-  begin_ = nanoseconds(0);
-  over_ = false;
 }
 
 std::optional<nanoseconds> Timeline::length() const {

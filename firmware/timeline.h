@@ -26,15 +26,14 @@ struct Moment {
   friend bool operator==(const Moment&, const Moment&) = default;
 };
 
-// Times are nanoseconds from the show's start. A frame is due a quarter of its length early, so that flips
-// that jitter about their times do not skip or repeat one.
+// Times are nanoseconds from the show's start. A frame is due a quarter of its length early, 4 ms at most, so
+// that flips that jitter about their times do not skip or repeat one.
 class Timeline {
  public:
   explicit Timeline(std::vector<CueTiming> cues);  // at least one
 
   // Time must not run backwards from call to call; none when the show is over. Does not allocate.
   std::optional<Moment> at(std::chrono::nanoseconds time) noexcept;
-  void rewind() noexcept;
   // How long the show is; none when it never ends.
   std::optional<std::chrono::nanoseconds> length() const;
 

@@ -99,18 +99,4 @@ double exponential(double x) {
   return std::ldexp(sum, static_cast<int>(n));
 }
 
-double logarithm(double x) {
-  int exponent = 0;
-  double m = std::frexp(x, &exponent);  // [0.5, 1)
-  if (m < 0.70710678118654752) {
-    m *= 2.0;
-    --exponent;
-  }
-  const double s = (m - 1.0) / (m + 1.0);  // |s| < 0.1716
-  const double y = s * s;
-  double sum = 0.0;
-  for (int n = 21; n >= 1; n -= 2) sum = kOneOver[n] + y * sum;
-  return exponent * kLn2High + (2.0 * s * sum + exponent * kLn2Low);
-}
-
 }  // namespace cupola::portable

@@ -1,6 +1,6 @@
 // The few transcendental functions of the geometry, with the same bits on every machine: the C library picks
 // variants by CPU (with and without fused multiply-add) whose last bits differ, and tables must not.
-// Error below 1e-15, relative; of sine, cosine and logarithm absolute where the result is below 1.
+// Error below 1e-15, relative; of sine and cosine absolute where the result is below 1.
 // Only +, -, *, /, sqrt and exact conversions are used; compiled with -ffp-contract=off.
 // SPDX-License-Identifier: MIT
 #pragma once
@@ -19,7 +19,6 @@ double tangent(double radians);           // the same
 double arc_tangent2(double y, double x);  // in [-pi, pi]; 0 for (0, 0)
 double arc_sine(double x);                // x in [-1, 1]; NaN outside
 double exponential(double x);             // 0 below -700, x at most 700
-double logarithm(double x);               // x > 0, normal
 
 constexpr double radians(double degrees) {
   return degrees * (kPi / 180.0);

@@ -93,8 +93,9 @@ bool plane_point(const View& view, const Vec3& d, PlanePoint& p, Vec3& da, Vec3&
     double slope = 0.0;
     const double radius = fisheye_radius(view.coefficients, angle, slope);
     if (rho < 1e-9 * std::abs(z)) {
-      if (z <= 0.0) return false;  // straight behind is a whole circle of the picture
-                                   // on the axis the model is the plane's: radius = angle = tan(angle)
+      // Straight behind is a whole circle of the picture; on the axis the model is the plane's, radius =
+      // angle.
+      if (z <= 0.0) return false;
       p = {x / z, -y / z};
       da = (view.right - p.a * view.forward) / z;
       db = (-view.up - p.b * view.forward) / z;

@@ -79,11 +79,11 @@ TEST(Timeline, KnowsHowLongTheShowIs) {
   EXPECT_EQ(Timeline(Cues(1)).length(), std::nullopt);
 }
 
-TEST(Timeline, BeginsAgainWhenRewound) {
-  Timeline timeline(Cues{{.frames = 2}});
-  EXPECT_EQ(timeline.at(1s), std::nullopt);
-  timeline.rewind();
-  EXPECT_EQ(timeline.at(0s), (Moment{0, 0}));
+TEST(Timeline, SlowCuesLastTheirWholeTime) {
+  // Three stills of two seconds each: 360 flips at 60 Hz, 120 of each.
+  Timeline timeline(Cues{{.rate = 0.5, .frames = 3}});
+  for (std::int64_t i = 0; i < 360; ++i) ASSERT_EQ(timeline.at(flip(i)), (Moment{0, i / 120})) << i;
+  EXPECT_EQ(timeline.at(flip(360)), std::nullopt);
 }
 
 }  // namespace

@@ -45,13 +45,10 @@ TEST_F(PortableMath, AnglesAreRightInAllQuadrants) {
   EXPECT_TRUE(std::isnan(arc_sine(1.0000001)));
 }
 
-TEST_F(PortableMath, ExponentialAndLogarithmAreRight) {
+TEST_F(PortableMath, ExponentialIsRight) {
   for (int i = 0; i < 200000; ++i) {
     const double x = uniform(-600.0, 600.0);
     ASSERT_LT(relative(exponential(x), std::exp(static_cast<long double>(x))), kBound);
-    const double p = std::exp(x / 2);
-    const long double truth = std::log(static_cast<long double>(p));
-    ASSERT_LT(std::abs(logarithm(p) - truth), kBound * std::max(1.0L, std::abs(truth)));
   }
   EXPECT_EQ(exponential(0.0), 1.0);
   EXPECT_EQ(exponential(-701.0), 0.0);
