@@ -33,7 +33,8 @@ class FrameLoop {
   // All are borrowed for the loop's life. `pool` is the one that `show` uses.
   FrameLoop(ShowFrames& show, Display& display, Clock& clock, WorkerPool& pool);
 
-  // Plays until the show is over, or for `time` of it. Allocates nothing.
+  // Plays until the show is over, or for `time` of it. Allocates nothing but to say, once a change, what
+  // went wrong.
   LoopEnd run(std::optional<std::chrono::nanoseconds> time) noexcept;
 
   const LoopCounts& counts() const { return counts_; }
