@@ -190,6 +190,7 @@ void fit_faces(Rig& rig, const Cue& cue, const FaceSource& source) {
                                  view.size.height, rig.file.string(), view.name));
   }
   set_view_sizes(rig, sizes);
+  if (source.format() == PixelFormat::kRgbPlanar16) rig.filter.table = TableForm::kPrecise;
 }
 
 std::unique_ptr<FaceSource> open_source(const Cue& cue, const Rig& rig, WorkerPool& pool) {

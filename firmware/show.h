@@ -55,7 +55,8 @@ Rig load_named_rig(const std::filesystem::path& file, std::span<const std::strin
 // Opens what the cue shows; throws InputError. `pool` is borrowed for the source's life.
 std::unique_ptr<FaceSource> open_source(const Cue& cue, const Rig& rig, WorkerPool& pool);
 
-// Gives the rig's views the sizes of the cue's faces; throws InputError where the rig demands others.
+// Gives the rig's views the sizes of the cue's faces; throws InputError where the rig demands others. Faces
+// of 16 bits get the precise table: eight-bit weights would waste their depth.
 void fit_faces(Rig& rig, const Cue& cue, const FaceSource& source);
 
 // "3x2" and the names of its cells, row by row.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "pipeline/frame/error.h"
 #include "pipeline/source/numbered_files.h"
@@ -46,8 +47,8 @@ CueTiming timing(const Cue& cue, const FaceSource& source) {
 ShowFrames::ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& pool, bool whole_faces)
     : frame_size_(show.rig.frame.size), rate_(show.cues.front().rate), timeline_({CueTiming{}}) {
   std::vector<CueTiming> timings;
-  using Needs = std::pair<std::vector<Size>, std::optional<Method>>;
-  std::vector<Needs> kinds;  // of each warp: the sizes of its faces and the method beside it
+  using Needs = std::tuple<std::vector<Size>, PixelFormat, std::optional<Method>>;
+  std::vector<Needs> kinds;  // of each warp: its faces' sizes and depth, the method beside it
   for (const Cue& cue : show.cues) {
     OpenCue open;
     open.name = cue.name;
@@ -56,7 +57,7 @@ ShowFrames::ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& poo
     timings.push_back(timing(cue, *open.source));
     const std::vector<Size> faces = open.source->face_sizes();
     fit_faces(open.rig, cue, *open.source);
-    const Needs needs{faces, cue.compare};
+    const Needs needs{faces, open.source->format(), cue.compare};
     open.warp = static_cast<std::size_t>(std::find(kinds.begin(), kinds.end(), needs) - kinds.begin());
     if (open.warp == kinds.size()) {
       kinds.push_back(needs);
