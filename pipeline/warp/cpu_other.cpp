@@ -1,6 +1,7 @@
 // Machines for which there is the scalar kernel only.
 // SPDX-License-Identifier: MIT
 #include "pipeline/warp/cpu.h"
+#include "pipeline/warp/row_store.h"
 #include "pipeline/warp/tile_kernel.h"
 
 namespace cupola {
@@ -11,8 +12,12 @@ bool supported(Cpu cpu) {
 Cpu best_cpu() {
   return Cpu::kScalar;
 }
-TileKernel tile_kernel(Cpu) {
+TileKernel<Xrgb> tile_kernel(Cpu) {
   return run_tile_scalar;
+}
+
+RowStore<Xrgb> row_store(Cpu) {
+  return store_row_scalar;
 }
 
 }  // namespace cupola

@@ -1,6 +1,7 @@
 // What an x86-64 machine can run.
 // SPDX-License-Identifier: MIT
 #include "pipeline/warp/cpu.h"
+#include "pipeline/warp/row_store.h"
 #include "pipeline/warp/tile_kernel.h"
 
 namespace cupola {
@@ -23,15 +24,17 @@ Cpu best_cpu() {
   return supported(Cpu::kAvx512) ? Cpu::kAvx512 : supported(Cpu::kAvx2) ? Cpu::kAvx2 : Cpu::kScalar;
 }
 
-TileKernel tile_kernel(Cpu cpu) {
+TileKernel<Xrgb> tile_kernel(Cpu cpu) {
   switch (cpu) {
-    case Cpu::kAvx2:
-      return run_tile_avx2;
     case Cpu::kAvx512:
       return run_tile_avx512;
     default:
       return run_tile_scalar;
   }
+}
+
+RowStore<Xrgb> row_store(Cpu cpu) {
+  return cpu == Cpu::kAvx512 ? store_row_avx512 : store_row_scalar;
 }
 
 }  // namespace cupola

@@ -8,40 +8,20 @@
 #include <array>
 #include <cmath>
 #include <mutex>
+#include <tuple>
 
 #include "pipeline/frame/error.h"
+#include "pipeline/warp/block_code.h"
 #include "pipeline/warp/footprint.h"
 #include "pipeline/warp/quantise.h"
+#include "pipeline/warp/symmetry.h"
 
 namespace cupola {
 namespace {
 
-// A pixel's weights rounded for one kind of block.
-struct IntegerTap {
-  int x, y, view, weight;
-};
-using PixelTaps = std::vector<IntegerTap>;
-
-// Taps of one pixel that fit one patch: 4 texels wide, up to 8 high.
-struct Patch {
-  int pixel;
-  int view;
-  int x, y;  // top-left texel
-  int rows;
-  std::size_t first_tap, last_tap;  // in the block's patch taps
-};
-
-struct BlockCode {
-  BlockKind kind = BlockKind::kEmpty;
-  int bits = 0;
-  std::uint16_t covered = 0;
-  std::vector<Window> windows;
-  std::vector<WeightLine> lines;
-  std::size_t bytes() const { return windows.size() * sizeof(Window) + lines.size() * sizeof(WeightLine); }
-};
-
 struct TileCode {
-  std::array<Block, kBlocksInTile> blocks;  // offsets within the tile
+  Tile tile;
+  std::vector<Block> blocks;
   std::vector<Window> windows;
   std::vector<WeightLine> lines;
   std::int64_t in_image = 0;
@@ -49,212 +29,70 @@ struct TileCode {
   std::int64_t taps = 0;
 };
 
-std::uint8_t high_byte(int weight) {
-  return static_cast<std::uint8_t>((weight + 64) >> 7);
-}
-std::uint8_t low_byte(int weight) {
-  return static_cast<std::uint8_t>(weight - (((weight + 64) >> 7) << 7));
-}
-
-// Splits a pixel's taps into patches, view by view, from the left in steps of 4 columns.
-void cut_patches(int pixel, PixelTaps& taps, std::span<const Size> views, std::vector<IntegerTap>& patch_taps,
-                 std::vector<Patch>& patches) {
-  while (!taps.empty()) {
-    const int view = taps.front().view;
-    int x = views[view].width;
-    int y = views[view].height;
-    for (const IntegerTap& tap : taps) {
-      if (tap.view == view) x = std::min(x, tap.x);
-    }
-    for (const IntegerTap& tap : taps) {
-      if (tap.view == view && tap.x < x + kPatchWidth) y = std::min(y, tap.y);
-    }
-    x = std::min(x, views[view].width - kPatchWidth);
-    Patch patch{pixel, view, x, y, 0, patch_taps.size(), 0};
-    const auto in_patch = [&](const IntegerTap& tap) {
-      return tap.view == view && tap.x >= x && tap.x < x + kPatchWidth && tap.y < y + kWindowSide;
-    };
-    for (const IntegerTap& tap : taps) {
-      if (!in_patch(tap)) continue;
-      patch.rows = std::max(patch.rows, tap.y - y + 1);
-      patch_taps.push_back(tap);
-    }
-    patch.last_tap = patch_taps.size();
-    patches.push_back(patch);
-    std::erase_if(taps, in_patch);
-  }
-}
-
-// A patch fits a window when its columns and rows lie within.
-bool fits(const Patch& patch, int view, int x, int y) {
-  return patch.view == view && patch.x >= x && patch.x + kPatchWidth <= x + kWindowSide && patch.y >= y &&
-         patch.y + patch.rows <= y + kWindowSide;
-}
-
-// Calls visit(index) for the patches that a window at (x, y) takes: at most one of each pixel.
-template <class Visit>
-void for_each_taken(const std::vector<Patch>& patches, int view, int x, int y, Visit&& visit) {
-  std::uint32_t taken = 0;
-  for (std::size_t i = 0; i < patches.size(); ++i) {
-    const std::uint32_t bit = 1U << patches[i].pixel;
-    if ((taken & bit) != 0 || !fits(patches[i], view, x, y)) continue;
-    taken |= bit;
-    visit(i);
-  }
-}
-
-// The window about the first patch that takes the most.
-struct Placement {
-  int x = 0, y = 0;
-  std::size_t taken = 0;
-};
-
-Placement place_window(const std::vector<Patch>& patches, Size view) {
-  const Patch& first = patches.front();
-  Placement best;
-  const auto try_at = [&](int x, int y) {
-    Placement here{std::clamp(x, 0, view.width - kWindowSide), std::clamp(y, 0, view.height - kWindowSide),
-                   0};
-    for_each_taken(patches, first.view, here.x, here.y, [&](std::size_t) { ++here.taken; });
-    if (here.taken > best.taken) best = here;
-    return best.taken == patches.size();
-  };
-  int least_x = first.x;
-  int least_y = first.y;
-  for (const Patch& patch : patches) {
-    if (patch.view != first.view) continue;
-    least_x = std::min(least_x, patch.x);
-    least_y = std::min(least_y, patch.y);
-  }
-  if (try_at(least_x, least_y)) return best;
-  for (int dy = 0; dy <= kWindowSide - first.rows; ++dy) {
-    for (int dx = 0; dx <= kWindowSide - kPatchWidth; ++dx) {
-      if (try_at(first.x - dx, first.y - dy)) return best;
-    }
-  }
-  return best;
-}
-
-BlockCode encode_narrow(const std::array<PixelTaps, kPixelsInBlock>& block, std::span<const Size> views,
-                        BlockKind kind, int bits) {
-  BlockCode code;
-  code.kind = kind;
-  code.bits = bits;
-  std::vector<IntegerTap> patch_taps;
-  std::vector<Patch> patches;
-  for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
-    PixelTaps taps = block[pixel];
-    cut_patches(pixel, taps, views, patch_taps, patches);
-  }
-  const int lines_a_row = kind == BlockKind::kNarrow8 ? 1 : 2;
-  while (!patches.empty()) {
-    const int view = patches.front().view;
-    const Placement placed = place_window(patches, views[view]);
-    Window window;
-    window.x = static_cast<std::uint16_t>(placed.x);
-    window.y = static_cast<std::uint16_t>(placed.y);
-    window.view = static_cast<std::uint8_t>(view);
-    std::vector<std::size_t> members;
-    for_each_taken(patches, view, placed.x, placed.y, [&](std::size_t i) { members.push_back(i); });
-    int rows = 0;
-    for (const std::size_t i : members) rows = std::max(rows, patches[i].rows);
-    window.rows = static_cast<std::uint8_t>(rows);
-    const std::size_t first_line = code.lines.size();
-    code.lines.resize(first_line + static_cast<std::size_t>(rows * lines_a_row));
-    for (const std::size_t i : members) {
-      const Patch& patch = patches[i];
-      const int row = std::min(patch.y - placed.y, kWindowSide - rows);
-      const int column = patch.x - placed.x;
-      window.start[patch.pixel] = static_cast<std::uint8_t>(row * kWindowSide + column);
-      for (std::size_t t = patch.first_tap; t < patch.last_tap; ++t) {
-        const IntegerTap& tap = patch_taps[t];
-        const int line = (tap.y - placed.y - row) * lines_a_row;
-        const int at = patch.pixel * kPatchWidth + tap.x - patch.x;
-        WeightLine* weights = &code.lines[first_line + static_cast<std::size_t>(line)];
-        if (kind == BlockKind::kNarrow8) {
-          weights[0].bytes[at] = static_cast<std::uint8_t>(tap.weight);
-        } else {
-          weights[0].bytes[at] = high_byte(tap.weight);
-          weights[1].bytes[at] = low_byte(tap.weight);
-        }
-      }
-    }
-    code.windows.push_back(window);
-    for (auto i = members.rbegin(); i != members.rend(); ++i) {
-      patches.erase(patches.begin() + static_cast<std::ptrdiff_t>(*i));
-    }
-  }
-  return code;
-}
-
-BlockCode encode_wide(const std::array<PixelTaps, kPixelsInBlock>& block, std::span<const Size> views) {
-  BlockCode code;
-  code.kind = BlockKind::kWide16;
-  code.bits = kBits16;
-  for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
-    PixelTaps taps = block[pixel];
-    while (!taps.empty()) {
-      const int view = taps.front().view;
-      int x = views[view].width;
-      int y = views[view].height;
-      for (const IntegerTap& tap : taps) {
-        if (tap.view == view) y = std::min(y, tap.y);
-      }
-      y = std::min(y, views[view].height - kWindowSide);
-      for (const IntegerTap& tap : taps) {
-        if (tap.view == view && tap.y < y + kWindowSide) x = std::min(x, tap.x);
-      }
-      x = std::min(x, views[view].width - kWindowSide);
-      Window window;
-      window.x = static_cast<std::uint16_t>(x);
-      window.y = static_cast<std::uint16_t>(y);
-      window.view = static_cast<std::uint8_t>(view);
-      window.pixel = static_cast<std::uint8_t>(pixel);
-      std::array<WeightLine, 2> lines;
-      std::erase_if(taps, [&](const IntegerTap& tap) {
-        const int column = tap.x - x;
-        const int row = tap.y - y;
-        if (tap.view != view || column < 0 || column >= kWindowSide || row < 0 || row >= kWindowSide)
-          return false;
-        lines[0].bytes[row * kWindowSide + column] = high_byte(tap.weight);
-        lines[1].bytes[row * kWindowSide + column] = low_byte(tap.weight);
-        return true;
-      });
-      code.windows.push_back(window);
-      code.lines.insert(code.lines.end(), lines.begin(), lines.end());
-    }
-  }
-  return code;
-}
-
 // Rounding n weights to 2^-bits errs by sqrt(n / 12) 2^-bits of full scale, as a standard deviation over
 // noise of spread 1. One byte a weight is used while that stays below this.
 constexpr double kMostNoise8 = 0.0045;
+constexpr double kMostSignedNoise8 = 0.0095;
 // Past this many, patches 4 texels wide are never the smaller code.
 constexpr std::size_t kMostNarrowTaps = 64;
 
+// The forms of one byte a weight.
+struct ByteForm {
+  BlockKind kind;
+  int least_bits, most_bits;
+  int least, most;  // weights
+  int most_pair;
+  double most_noise;
+};
+constexpr ByteForm kUnsignedBytes{BlockKind::kNarrow8, kLeastBits8, kMostBits8, 0, 255,
+                                  kMostPair8,          kMostNoise8};
+constexpr ByteForm kSignedBytes{BlockKind::kSigned8,     kLeastSignedBits8, kMostSignedBits8, -kBias8,
+                                kMostPair8 - 2 * kBias8,  // beside a tap without weight
+                                kMostPair8 - 2 * kBias8, kMostSignedNoise8};
+
+// How many of the frame's pixels pixel (x, y) of the table stands for.
+int multiplicity(const WarpTable& table, int x, int y) {
+  const auto& [across, down, views] = table.reflections.front();
+  return (across && 2 * x + 1 != table.frame.width ? 2 : 1) *
+         (down && 2 * y + 1 != table.frame.height ? 2 : 1);
+}
+
 class TileBuilder {
  public:
-  TileBuilder(const Rig& rig, const FootprintGatherer& gatherer, std::span<const Size> views)
-      : rig_(rig), gatherer_(gatherer), views_(views) {}
+  TileBuilder(const Rig& rig, const FootprintGatherer& gatherer, const WarpTable& table)
+      : rig_(rig), gatherer_(gatherer), table_(table) {}
 
   TileCode build(int tile_x, int tile_y, std::span<NeededRegion> needed) {
     TileCode tile;
+    std::vector<BlockCode> codes;
+    int covered = 0;
     for (int i = 0; i < kBlocksInTile; ++i) {
-      const int x = tile_x * kTileSide + i % kBlocksAcross * kBlockSide;
-      const int y = tile_y * kTileSide + i / kBlocksAcross * kBlockSide;
+      const int x = table_.left + tile_x * kTileWidth + i % kBlocksAcross * kBlockSide;
+      const int y = table_.top + tile_y * kTileHeight + i / kBlocksAcross * kBlockSide;
       BlockCode code = build_block(x, y, tile, needed);
       for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
-        code.covered =
-            static_cast<std::uint16_t>(code.covered | (footprints_[pixel].empty() ? 0 : 1) << pixel);
+        if (footprints_[pixel].empty()) continue;
+        code.block.covered = static_cast<std::uint16_t>(code.block.covered | 1 << pixel);
+        ++covered;
       }
-      Block& block = tile.blocks[i];
-      block.kind = code.kind;
-      block.bits = static_cast<std::uint8_t>(code.bits);
-      block.covered = code.covered;
-      block.first_window = static_cast<std::uint32_t>(tile.windows.size());
-      block.first_line = static_cast<std::uint32_t>(tile.lines.size());
-      block.window_count = static_cast<std::uint32_t>(code.windows.size());
+      if (code.block.covered == 0) continue;
+      code.block.at = static_cast<std::uint8_t>(i);
+      code.block.window_count = static_cast<std::uint32_t>(code.windows.size());
+      code.block.line_count = static_cast<std::uint32_t>(code.lines.size());
+      codes.push_back(std::move(code));
+    }
+    tile.tile.full = covered == kTileWidth * kTileHeight ? 1 : 0;
+    tile.tile.block_count = static_cast<std::uint16_t>(codes.size());
+    std::stable_sort(codes.begin(), codes.end(), [](const BlockCode& a, const BlockCode& b) {
+      const auto order = [](const BlockCode& code) {
+        const Window& first = code.windows.front();
+        return std::make_tuple(code.block.kind, code.block.window_count, code.block.covered != kAllPixels,
+                               (first.used + 1) / 2, first.rows, first.spread);
+      };
+      return order(a) < order(b);
+    });
+    for (const BlockCode& code : codes) {
+      tile.blocks.push_back(code.block);
       tile.windows.insert(tile.windows.end(), code.windows.begin(), code.windows.end());
       tile.lines.insert(tile.lines.end(), code.lines.begin(), code.lines.end());
     }
@@ -264,53 +102,68 @@ class TileBuilder {
  private:
   BlockCode build_block(int x, int y, TileCode& tile, std::span<NeededRegion> needed) {
     std::size_t most_taps = 0;
+    bool negative = false;
+    std::array<int, kPixelsInBlock> stands_for{};
     for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
       std::vector<Tap>& taps = footprints_[pixel];
       taps.clear();
       const int px = x + pixel % kBlockSide;
       const int py = y + pixel / kBlockSide;
-      if (px >= rig_.frame.size.width || py >= rig_.frame.size.height) continue;
+      if (px < 0 || py < 0 || px >= rig_.frame.size.width || py >= rig_.frame.size.height) continue;
       const Footprint found = gatherer_.gather(px, py, taps);
       if (found == Footprint::kOutside) continue;
-      ++tile.in_image;
-      if (found == Footprint::kUncovered) ++tile.uncovered;
+      stands_for[pixel] = multiplicity(table_, px, py);
+      tile.in_image += stands_for[pixel];
+      if (found == Footprint::kUncovered) tile.uncovered += stands_for[pixel];
       if (taps.size() > kMostTaps) {
         throw InputError(
             fmt::format("pixel ({}, {}) covers {} texels, expected at most {}: use smaller faces", px, py,
                         taps.size(), kMostTaps));
       }
       most_taps = std::max(most_taps, taps.size());
+      for (const Tap& tap : taps) negative = negative || tap.weight < 0.0;
     }
     if (most_taps == 0) return {};
-    const int bits = rig_.filter.table == TableForm::kFast ? round_to_bytes(most_taps) : 0;
-    const bool eight_bits = bits != 0;
-    if (!eight_bits) round_weights(kBits16, 1 << kBits16);
-    for (const PixelTaps& taps : integers_) {
-      tile.taps += static_cast<std::int64_t>(taps.size());
-      for (const IntegerTap& tap : taps) needed[tap.view].include(tap.x, tap.y);
+    const ByteForm& bytes = negative ? kSignedBytes : kUnsignedBytes;
+    const int bits8 = rig_.filter.table == TableForm::kFast ? round_to_bytes(bytes, most_taps) : 0;
+    const int bits16 = negative ? kSignedBits16 : kBits16;
+    if (bits8 == 0) round_weights(bits16, 1 << kBits16);
+    for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
+      tile.taps += static_cast<std::int64_t>(integers_[pixel].size()) * stands_for[pixel];
+      for (const IntegerTap& tap : integers_[pixel]) include(tap, needed);
     }
-    if (eight_bits) return encode_narrow(integers_, views_, BlockKind::kNarrow8, bits);
-    BlockCode wide = encode_wide(integers_, views_);
+    if (bits8 != 0) return encode_narrow(integers_, table_.views, bytes.kind, bits8);
+    BlockCode wide = encode_wide(integers_, table_.views, bits16);
     if (most_taps > kMostNarrowTaps) return wide;
-    BlockCode narrow = encode_narrow(integers_, views_, BlockKind::kNarrow16, kBits16);
+    BlockCode narrow = encode_narrow(integers_, table_.views, BlockKind::kNarrow16, bits16);
     return wide.bytes() < narrow.bytes() ? wide : narrow;
   }
 
+  void include(const IntegerTap& tap, std::span<NeededRegion> needed) const {
+    for (const Reflection& reflection : table_.reflections) {
+      const Reflection::Partner& partner = reflection.views[static_cast<std::size_t>(tap.view)];
+      NeededRegion& region = needed[partner.view];
+      region.include(partner.flip_u ? region.size.width - 1 - tap.x : tap.x,
+                     partner.flip_v ? region.size.height - 1 - tap.y : tap.y);
+    }
+  }
+
   // Rounds to one byte a weight with as many bits as all pixels can have; their number, 0 when too few.
-  int round_to_bytes(std::size_t most_taps) {
-    for (int bits = kMostBits8; bits >= kLeastBits8; --bits) {
-      if (std::sqrt(static_cast<double>(most_taps) / 12.0) / (1 << bits) > kMostNoise8) return 0;
-      if (round_weights(bits, 255) && pairs_fit()) return bits;
+  int round_to_bytes(const ByteForm& form, std::size_t most_taps) {
+    for (int bits = form.most_bits; bits >= form.least_bits; --bits) {
+      if (std::sqrt(static_cast<double>(most_taps) / 12.0) / (1 << bits) > form.most_noise) return 0;
+      if (round_weights(bits, form.most) && fit(form)) return bits;
     }
     return 0;
   }
 
-  // Whether any two taps side by side sum to at most kMostPair8 (warp_table.h, ranges).
-  bool pairs_fit() const {
+  // Whether all weights, and any two taps side by side, are in the form's range.
+  bool fit(const ByteForm& form) const {
     for (const PixelTaps& taps : integers_) {
       for (const IntegerTap& a : taps) {
+        if (a.weight < form.least) return false;
         for (const IntegerTap& b : taps) {
-          if (b.view == a.view && b.y == a.y && b.x == a.x + 1 && a.weight + b.weight > kMostPair8)
+          if (b.view == a.view && b.y == a.y && b.x == a.x + 1 && a.weight + b.weight > form.most_pair)
             return false;
         }
       }
@@ -334,11 +187,37 @@ class TileBuilder {
 
   const Rig& rig_;
   const FootprintGatherer& gatherer_;
-  std::span<const Size> views_;
+  const WarpTable& table_;
   std::array<std::vector<Tap>, kPixelsInBlock> footprints_;
   std::array<PixelTaps, kPixelsInBlock> integers_;
   std::vector<int> weights_;
 };
+
+// The grid of tiles ends at the axes of symmetry.
+void lay_out(WarpTable& table) {
+  const Reflection& first = table.reflections.front();
+  const int width = first.across ? (table.frame.width + 1) / 2 : table.frame.width;
+  const int height = first.down ? (table.frame.height + 1) / 2 : table.frame.height;
+  table.tiles_across = (width + kTileWidth - 1) / kTileWidth;
+  table.tiles_down = (height + kTileHeight - 1) / kTileHeight;
+  if (first.across) table.left = width - table.tiles_across * kTileWidth;
+  if (first.down) table.top = height - table.tiles_down * kTileHeight;
+}
+
+void append(WarpTable& table, const TileCode& code) {
+  Tile tile = code.tile;
+  tile.first_block = static_cast<std::uint32_t>(table.blocks.size());
+  tile.first_window = static_cast<std::uint32_t>(table.windows.size());
+  tile.first_line = static_cast<std::uint32_t>(table.lines.size());
+  table.tiles.push_back(tile);
+  for (const Block& block : code.blocks) ++table.blocks_of_kind[static_cast<std::size_t>(block.kind)];
+  table.blocks.insert(table.blocks.end(), code.blocks.begin(), code.blocks.end());
+  table.windows.insert(table.windows.end(), code.windows.begin(), code.windows.end());
+  table.lines.insert(table.lines.end(), code.lines.begin(), code.lines.end());
+  table.pixels_in_image += code.in_image;
+  table.pixels_uncovered += code.uncovered;
+  table.taps += code.taps;
+}
 
 }  // namespace
 
@@ -349,9 +228,8 @@ WarpTable build_warp_table(const Rig& rig, WorkerPool& pool) {
     table.views.push_back({std::max(view.size.width, kWindowSide), std::max(view.size.height, kWindowSide)});
     table.needed.push_back(NeededRegion::none(view.size));
   }
-  table.tiles_across = (rig.frame.size.width + kTileSide - 1) / kTileSide;
-  table.tiles_down = (rig.frame.size.height + kTileSide - 1) / kTileSide;
-  table.blocks.reserve(static_cast<std::size_t>(table.tile_count()) * kBlocksInTile);
+  table.reflections = find_reflections(rig);
+  lay_out(table);
   const FootprintGatherer gatherer(rig);
   // A row of tiles at a time: each tile by itself in parallel, then laid end to end in order.
   std::vector<TileCode> row(static_cast<std::size_t>(table.tiles_across));
@@ -360,23 +238,12 @@ WarpTable build_warp_table(const Rig& rig, WorkerPool& pool) {
     pool.run(table.tiles_across, [&](int tile_x) {
       std::vector<NeededRegion> needed;
       for (const NeededRegion& region : table.needed) needed.push_back(NeededRegion::none(region.size));
-      TileBuilder builder(rig, gatherer, table.views);
-      row[tile_x] = builder.build(tile_x, tile_y, needed);
+      row[tile_x] = TileBuilder(rig, gatherer, table).build(tile_x, tile_y, needed);
       const std::lock_guard lock(merging);
       for (std::size_t view = 0; view < needed.size(); ++view) table.needed[view].include(needed[view]);
     });
     for (TileCode& tile : row) {
-      for (Block block : tile.blocks) {
-        block.first_window += static_cast<std::uint32_t>(table.windows.size());
-        block.first_line += static_cast<std::uint32_t>(table.lines.size());
-        ++table.blocks_of_kind[static_cast<std::size_t>(block.kind)];
-        table.blocks.push_back(block);
-      }
-      table.windows.insert(table.windows.end(), tile.windows.begin(), tile.windows.end());
-      table.lines.insert(table.lines.end(), tile.lines.begin(), tile.lines.end());
-      table.pixels_in_image += tile.in_image;
-      table.pixels_uncovered += tile.uncovered;
-      table.taps += tile.taps;
+      append(table, tile);
       tile = {};
     }
   }

@@ -1,5 +1,6 @@
 // What a warp kernel is: one tile of the table, executed. The scalar kernel defines the answer; the others
-// give the same bits. SPDX-License-Identifier: MIT
+// give the same bits.
+// SPDX-License-Identifier: MIT
 #pragma once
 
 #include <array>
@@ -12,37 +13,55 @@
 
 namespace cupola {
 
-// The planes of one view, 8 bits a sample (or 16 for the wide kernel); strides in bytes.
+// One view as one reflection of the frame sees it. A view mirrored top to bottom is walked with a negative
+// stride, one mirrored left to right with its windows' columns turned round.
 struct ViewTexels {
-  std::array<const std::uint8_t*, 3> plane{};
-  std::array<std::ptrdiff_t, 3> stride{};
+  std::array<const std::uint8_t*, 3> origin{};  // a channel's window at (0, 0)
+  std::array<std::ptrdiff_t, 3> stride{};       // bytes from a texel row to the next
+  std::ptrdiff_t across = 1;                    // bytes from a window to the one at x + 1
+  std::uint32_t flip = 0;  // XORed to a column within a window, 0 or 7; in all four bytes
+
+  const std::uint8_t* window(int channel, int x, int y) const {
+    return origin[channel] + y * stride[channel] + x * across;
+  }
+  int column(int column) const { return column ^ static_cast<int>(flip & 7); }
 };
 
-// The tile's pixels by channel, row by row.
-template <class Sample>
-struct alignas(64) TilePixels {
-  std::array<std::array<Sample, kTileSide * kTileSide>, 3> channel;
+// Finished pixels before they go into the frame's format.
+using Xrgb = std::uint32_t;  // 0xffRRGGBB
+struct Rgb16 {
+  std::uint16_t r = 0, g = 0, b = 0, unused = 0;
+};
+inline constexpr Xrgb kBlackXrgb = 0xff000000;
+
+// Where one reflection of a tile comes from and goes to.
+template <class Pixel>
+struct TileImage {
+  std::span<const ViewTexels> views;
+  Pixel* corner = nullptr;    // the tile's first pixel
+  std::ptrdiff_t stride = 0;  // pixels from one row of the tile to the next
+  bool across = false;        // mirrored left to right: the tile's pixels run leftward from `corner`
+
+  // The leftmost pixel of a block's first row.
+  Pixel* block(int at) const {
+    const int x = at % kBlocksAcross * kBlockSide;
+    const int y = at / kBlocksAcross * kBlockSide;
+    return corner + y * stride + (across ? -x - (kBlockSide - 1) : x);
+  }
 };
 
-// Where block `i` of a tile begins within a channel of TilePixels.
-constexpr int first_pixel(int i) {
-  return i / kBlocksAcross * kBlockSide * kTileSide + i % kBlocksAcross * kBlockSide;
-}
+// Writes the tile's blocks, nothing of the other pixels.
+template <class Pixel>
+using TileKernel = void (*)(const WarpTable& table, const Tile& tile,
+                            std::span<const TileImage<Pixel>> images) noexcept;
 
-using TileKernel = void (*)(const WarpTable& table, int tile, std::span<const ViewTexels> views,
-                            TilePixels<std::uint8_t>& pixels) noexcept;
-
-void run_tile_scalar(const WarpTable&, int tile, std::span<const ViewTexels>,
-                     TilePixels<std::uint8_t>&) noexcept;
-void run_tile_avx2(const WarpTable&, int tile, std::span<const ViewTexels>,
-                   TilePixels<std::uint8_t>&) noexcept;
-void run_tile_avx512(const WarpTable&, int tile, std::span<const ViewTexels>,
-                     TilePixels<std::uint8_t>&) noexcept;
+void run_tile_scalar(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
+void run_tile_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
+void run_tile_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
 
 // 16 bits a sample, any instruction set.
-void run_tile_wide(const WarpTable&, int tile, std::span<const ViewTexels>,
-                   TilePixels<std::uint16_t>&) noexcept;
+void run_tile_wide(const WarpTable&, const Tile&, std::span<const TileImage<Rgb16>>) noexcept;
 
-TileKernel tile_kernel(Cpu cpu);
+TileKernel<Xrgb> tile_kernel(Cpu cpu);
 
 }  // namespace cupola

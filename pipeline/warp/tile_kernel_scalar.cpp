@@ -1,6 +1,7 @@
 // The definition of the warp: plain loops over the table, for 8 and 16 bits a sample.
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <type_traits>
 
 #include "pipeline/warp/tile_kernel.h"
 
@@ -11,92 +12,103 @@ int signed_byte(std::uint8_t byte) {
   return static_cast<std::int8_t>(byte);
 }
 
-// |weight| * sample summed over a footprint: below 2^13 * 2^16 * 2 for 16 bits, hence 64 bits there.
-template <class Sample>
-using Sum = std::conditional_t<sizeof(Sample) == 1, std::int32_t, std::int64_t>;
-
-template <class Sample>
-Sample rounded(Sum<Sample> sum, int bits) {
-  const Sum<Sample> value = (sum + (Sum<Sample>{1} << (bits - 1))) >> bits;
-  return static_cast<Sample>(std::clamp<Sum<Sample>>(value, 0, static_cast<Sample>(~Sample{0})));
+int pair_weight(const WeightLine* high_and_low, int at) {
+  return signed_byte(high_and_low[0].bytes[at]) * 128 + signed_byte(high_and_low[1].bytes[at]);
 }
 
-template <class Sample>
-const Sample* texel_row(const ViewTexels& view, int channel, int x, int y) {
-  return reinterpret_cast<const Sample*>(view.plane[channel] + y * view.stride[channel]) + x;
+void put(Xrgb& pixel, const std::array<unsigned, 3>& rgb) {
+  pixel = kBlackXrgb | rgb[0] << 16 | rgb[1] << 8 | rgb[2];
+}
+void put(Rgb16& pixel, const std::array<unsigned, 3>& rgb) {
+  pixel = {static_cast<std::uint16_t>(rgb[0]), static_cast<std::uint16_t>(rgb[1]),
+           static_cast<std::uint16_t>(rgb[2]), 0};
 }
 
-template <class Sample>
-class TileRun {
+template <class Pixel>
+class BlockSum {
  public:
-  TileRun(const WarpTable& table, std::span<const ViewTexels> views) : table_(table), views_(views) {}
+  using Sample = std::conditional_t<std::is_same_v<Pixel, Rgb16>, std::uint16_t, std::uint8_t>;
+  // |weight| * sample summed over a footprint: below 2^13 * 2^16 * 2 for 16 bits, hence 64 bits there.
+  using Sum = std::conditional_t<sizeof(Sample) == 1, std::int32_t, std::int64_t>;
 
-  void block(const Block& block, int channel, Sample* out) const {
-    std::array<Sum<Sample>, kPixelsInBlock> sum{};
-    const WeightLine* line = table_.lines.data() + block.first_line;
-    for (std::uint32_t i = 0; i < block.window_count; ++i) {
-      const Window& window = table_.windows[block.first_window + i];
-      if (block.kind == BlockKind::kWide16) {
-        line = add_wide(window, channel, line, sum);
-      } else {
-        line = add_narrow(window, block.kind, channel, line, sum);
-      }
-    }
-    for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
-      out[pixel / kBlockSide * kTileSide + pixel % kBlockSide] = rounded<Sample>(sum[pixel], block.bits);
-    }
-  }
+  BlockSum(const Block& block, std::span<const ViewTexels> views) : block_(block), views_(views) {}
 
- private:
-  const WeightLine* add_narrow(const Window& window, BlockKind kind, int channel, const WeightLine* line,
-                               std::array<Sum<Sample>, kPixelsInBlock>& sum) const {
-    for (int row = 0; row < window.rows; ++row) {
-      for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
-        const int start = window.start[pixel];
-        const Sample* texel = texel_row<Sample>(views_[window.view], channel, window.x + start % kWindowSide,
-                                                window.y + start / kWindowSide + row);
-        for (int k = 0; k < kPatchWidth; ++k) {
-          const int at = pixel * kPatchWidth + k;
-          const int weight = kind == BlockKind::kNarrow8
-                                 ? line[0].bytes[at]
-                                 : signed_byte(line[0].bytes[at]) * 128 + signed_byte(line[1].bytes[at]);
-          sum[pixel] += static_cast<Sum<Sample>>(weight) * texel[k];
+  const WeightLine* add(const Window& window, const WeightLine* line) {
+    switch (block_.kind) {
+      case BlockKind::kNarrow8:
+        return add_narrow(window, line, 1, [](const WeightLine* l, int at) { return l->bytes[at] + 0; });
+      case BlockKind::kSigned8:
+        return add_narrow(window, line, 1, [](const WeightLine* l, int at) { return l->bytes[at] - kBias8; });
+      case BlockKind::kNarrow16:
+        return add_narrow(window, line, 2, pair_weight);
+      case BlockKind::kWide16:
+        for (int at = 0; at < kWindowSide * kWindowSide; ++at) {
+          add_texel(window, window.start[0], at, pair_weight(line, at));
         }
-      }
-      line += kind == BlockKind::kNarrow8 ? 1 : 2;
+        return line + 2;
     }
     return line;
   }
 
-  const WeightLine* add_wide(const Window& window, int channel, const WeightLine* line,
-                             std::array<Sum<Sample>, kPixelsInBlock>& sum) const {
-    for (int row = 0; row < kWindowSide; ++row) {
-      const Sample* texel = texel_row<Sample>(views_[window.view], channel, window.x, window.y + row);
-      for (int k = 0; k < kWindowSide; ++k) {
-        const int at = row * kWindowSide + k;
-        const int weight = signed_byte(line[0].bytes[at]) * 128 + signed_byte(line[1].bytes[at]);
-        sum[window.pixel] += static_cast<Sum<Sample>>(weight) * texel[k];
-      }
+  Pixel pixel(int i) const {
+    std::array<unsigned, 3> rgb{};
+    if ((block_.covered >> i & 1) != 0) {
+      for (int channel = 0; channel < 3; ++channel) rgb[channel] = rounded(sum_[i][channel]);
     }
-    return line + 2;
+    Pixel pixel;
+    put(pixel, rgb);
+    return pixel;
   }
 
-  const WarpTable& table_;
+ private:
+  unsigned rounded(Sum sum) const {
+    const Sum value = (sum + (Sum{1} << (block_.bits - 1))) >> block_.bits;
+    return static_cast<unsigned>(std::clamp<Sum>(value, 0, static_cast<Sample>(~Sample{0})));
+  }
+
+  // `at`: 8 * row + column within the window.
+  void add_texel(const Window& window, int pixel, int at, int weight) {
+    const ViewTexels& view = views_[window.view];
+    for (int channel = 0; channel < 3; ++channel) {
+      const std::uint8_t* row =
+          view.window(channel, window.x, window.y) + at / kWindowSide * view.stride[channel];
+      const Sample texel = reinterpret_cast<const Sample*>(row)[view.column(at % kWindowSide)];
+      sum_[pixel][channel] += static_cast<Sum>(weight) * texel;
+    }
+  }
+
+  template <class Weight>
+  const WeightLine* add_narrow(const Window& window, const WeightLine* line, int lines_a_row,
+                               Weight&& weight) {
+    for (int row = 0; row < window.rows; ++row, line += lines_a_row) {
+      for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
+        for (int k = 0; k < kPatchWidth; ++k) {
+          add_texel(window, pixel, window.start[pixel] + row * kWindowSide + k,
+                    weight(line, pixel * kPatchWidth + k));
+        }
+      }
+    }
+    return line;
+  }
+
+  const Block& block_;
   std::span<const ViewTexels> views_;
+  std::array<std::array<Sum, 3>, kPixelsInBlock> sum_{};
 };
 
-template <class Sample>
-void run_tile(const WarpTable& table, int tile, std::span<const ViewTexels> views,
-              TilePixels<Sample>& pixels) noexcept {
-  const TileRun<Sample> run(table, views);
-  for (int i = 0; i < kBlocksInTile; ++i) {
-    const Block& block = table.blocks[static_cast<std::size_t>(tile) * kBlocksInTile + i];
-    for (int channel = 0; channel < 3; ++channel) {
-      Sample* out = pixels.channel[channel].data() + first_pixel(i);
-      if (block.kind == BlockKind::kEmpty) {
-        for (int row = 0; row < kBlockSide; ++row) std::fill_n(out + row * kTileSide, kBlockSide, Sample{0});
-      } else {
-        run.block(block, channel, out);
+template <class Pixel>
+void run_tile(const WarpTable& table, const Tile& tile, std::span<const TileImage<Pixel>> images) noexcept {
+  for (const TileImage<Pixel>& image : images) {
+    const Window* window = table.windows.data() + tile.first_window;
+    const WeightLine* line = table.lines.data() + tile.first_line;
+    for (const Block& block : std::span(table.blocks).subspan(tile.first_block, tile.block_count)) {
+      BlockSum<Pixel> sum(block, image.views);
+      for (std::uint32_t i = 0; i < block.window_count; ++i) line = sum.add(*window++, line);
+      for (int i = 0; i < kPixelsInBlock; ++i) {
+        const int column = i % kBlockSide;
+        image.block(
+            block.at)[i / kBlockSide * image.stride + (image.across ? kBlockSide - 1 - column : column)] =
+            sum.pixel(i);
       }
     }
   }
@@ -104,14 +116,14 @@ void run_tile(const WarpTable& table, int tile, std::span<const ViewTexels> view
 
 }  // namespace
 
-void run_tile_scalar(const WarpTable& table, int tile, std::span<const ViewTexels> views,
-                     TilePixels<std::uint8_t>& pixels) noexcept {
-  run_tile(table, tile, views, pixels);
+void run_tile_scalar(const WarpTable& table, const Tile& tile,
+                     std::span<const TileImage<Xrgb>> images) noexcept {
+  run_tile(table, tile, images);
 }
 
-void run_tile_wide(const WarpTable& table, int tile, std::span<const ViewTexels> views,
-                   TilePixels<std::uint16_t>& pixels) noexcept {
-  run_tile(table, tile, views, pixels);
+void run_tile_wide(const WarpTable& table, const Tile& tile,
+                   std::span<const TileImage<Rgb16>> images) noexcept {
+  run_tile(table, tile, images);
 }
 
 }  // namespace cupola

@@ -1,0 +1,22 @@
+// Puts finished pixels into the frame, a row at a time, in the frame's own format.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "pipeline/frame/image.h"
+#include "pipeline/warp/tile_kernel.h"
+
+namespace cupola {
+
+// `count` pixels to (x, y) and on to the right. 8 bits go into frames of 16 by v * 257, 16 into frames of 8
+// rounded to nearest. The fast ones write past the caches: whoever reads the frame next is another device or
+// comes much later.
+template <class Pixel>
+using RowStore = void (*)(const Pixel* pixels, int count, const MutableImage& frame, int x, int y) noexcept;
+
+void store_row_scalar(const Xrgb*, int count, const MutableImage&, int x, int y) noexcept;
+void store_row_avx512(const Xrgb*, int count, const MutableImage&, int x, int y) noexcept;
+void store_row_wide(const Rgb16*, int count, const MutableImage&, int x, int y) noexcept;
+
+RowStore<Xrgb> row_store(Cpu cpu);
+
+}  // namespace cupola
