@@ -128,7 +128,7 @@ BlockCode encode_narrow(const std::array<PixelTaps, kPixelsInBlock>& block, std:
                         BlockKind kind, int bits) {
   BlockCode code;
   code.block.kind = kind;
-  code.block.bits = static_cast<std::uint8_t>(bits);
+  code.block.bits = static_cast<std::uint32_t>(bits);
   std::vector<IntegerTap> patch_taps;
   std::vector<Patch> patches;
   for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
@@ -185,7 +185,7 @@ BlockCode encode_wide(const std::array<PixelTaps, kPixelsInBlock>& block, std::s
                       int bits) {
   BlockCode code;
   code.block.kind = BlockKind::kWide16;
-  code.block.bits = static_cast<std::uint8_t>(bits);
+  code.block.bits = static_cast<std::uint32_t>(bits);
   for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
     PixelTaps taps = block[pixel];
     while (!taps.empty()) {

@@ -52,10 +52,11 @@ ViewTexels mirrored(const Image& face, const Reflection::Partner& partner) {
   texels.flip = partner.flip_u ? 0x07070707 : 0;
   const int x = partner.flip_u ? face.size.width - kWindowSide : 0;
   const int y = partner.flip_v ? face.size.height - 1 : 0;
+  const Plane<const std::byte>& first = face.planes[0];
+  texels.origin = reinterpret_cast<const std::uint8_t*>(first.row(y)) + x * step;
+  texels.stride = partner.flip_v ? -first.stride : first.stride;
   for (int channel = 0; channel < 3; ++channel) {
-    const std::ptrdiff_t stride = face.planes[channel].stride;
-    texels.origin[channel] = reinterpret_cast<const std::uint8_t*>(face.planes[channel].row(y)) + x * step;
-    texels.stride[channel] = partner.flip_v ? -stride : stride;
+    texels.channel[channel] = face.planes[channel].data - first.data;
   }
   return texels;
 }
@@ -100,7 +101,9 @@ class BandRun {
   // Band `band` of the frame; `views` has the faces as each reflection sees them.
   void run(int band, std::span<const std::array<ViewTexels, kMostViews>> views, const MutableImage& frame) {
     Stage<Pixel>& stage = stages_[static_cast<std::size_t>(take())];
-    for (int column = 0; column < table_.tiles_across; ++column) warp_tile(band, column, views, stage);
+    for (int column = 0; column < table_.tiles_across; ++column) {
+      warp_tile(band, column, views, stage);
+    }
     for (const bool mirrored : {true, false}) {
       if (!mirrored || table_.reflections.front().down) store(band, mirrored, frame, stage);
     }

@@ -29,40 +29,59 @@ constexpr std::array<std::uint8_t, 64> pick(int first, int second) {
 alignas(64) constexpr auto kRedGreen = pick(2, 1);
 alignas(64) constexpr auto kBlue = pick(0, 0);
 
-void stream_planar(const Xrgb* pixels, int turns, std::uint8_t* red, std::uint8_t* green,
-                   std::uint8_t* blue) {
+struct Planes {
+  __m512i red, green, blue;
+};
+
+// Of the first `count` of 64 pixels.
+Planes split(const Xrgb* pixels, int count) {
+  const auto load = [&](int first) {
+    const int have = std::clamp(count - first, 0, 16);
+    return _mm512_maskz_loadu_epi32(static_cast<__mmask16>((1U << have) - 1), pixels + first);
+  };
   const __m512i red_green = _mm512_load_si512(kRedGreen.data());
-  const __m512i blue_only = _mm512_load_si512(kBlue.data());
-  for (int i = 0; i < turns; ++i, pixels += kTurn) {
-    const __m512i p0 = _mm512_loadu_si512(pixels);
-    const __m512i p1 = _mm512_loadu_si512(pixels + 16);
-    const __m512i p2 = _mm512_loadu_si512(pixels + 32);
-    const __m512i p3 = _mm512_loadu_si512(pixels + 48);
-    const __m512i rg0 = _mm512_permutex2var_epi8(p0, red_green, p1);
-    const __m512i rg1 = _mm512_permutex2var_epi8(p2, red_green, p3);
-    const __m512i b0 = _mm512_permutex2var_epi8(p0, blue_only, p1);
-    const __m512i b1 = _mm512_permutex2var_epi8(p2, blue_only, p3);
-    const auto stream = [&](std::uint8_t* to, __m512i line) {
-      _mm512_stream_si512(reinterpret_cast<__m512i*>(to + i * kTurn), line);
-    };
-    stream(red, _mm512_inserti64x4(rg0, _mm512_castsi512_si256(rg1), 1));
-    stream(green, _mm512_shuffle_i64x2(rg0, rg1, 0xee));
-    stream(blue, _mm512_inserti64x4(b0, _mm512_castsi512_si256(b1), 1));
-  }
+  const __m512i blue = _mm512_load_si512(kBlue.data());
+  const __m512i p0 = load(0);
+  const __m512i p1 = load(16);
+  const __m512i p2 = load(32);
+  const __m512i p3 = load(48);
+  const __m512i rg0 = _mm512_permutex2var_epi8(p0, red_green, p1);
+  const __m512i rg1 = _mm512_permutex2var_epi8(p2, red_green, p3);
+  const __m512i b0 = _mm512_permutex2var_epi8(p0, blue, p1);
+  const __m512i b1 = _mm512_permutex2var_epi8(p2, blue, p3);
+  return {_mm512_inserti64x4(rg0, _mm512_castsi512_si256(rg1), 1), _mm512_shuffle_i64x2(rg0, rg1, 0xee),
+          _mm512_inserti64x4(b0, _mm512_castsi512_si256(b1), 1)};
 }
 
 void store_planar(const Xrgb* pixels, int count, const MutableImage& frame, int x, int y) {
-  std::array<std::uint8_t*, 3> to;
-  for (int channel = 0; channel < 3; ++channel) to[channel] = frame.samples<std::uint8_t>(channel, y) + x;
-  const int before = pixels_to_line(to[0], 1, count);
-  if (pixels_to_line(to[1], 1, count) != before || pixels_to_line(to[2], 1, count) != before) {
-    return store_row_scalar(pixels, count, frame, x, y);
+  std::uint8_t* red = frame.samples<std::uint8_t>(0, y) + x;
+  std::uint8_t* green = frame.samples<std::uint8_t>(1, y) + x;
+  std::uint8_t* blue = frame.samples<std::uint8_t>(2, y) + x;
+  const int before = pixels_to_line(red, 1, count);
+  const bool together = pixels_to_line(green, 1, count) == before && pixels_to_line(blue, 1, count) == before;
+  const auto part = [&](int at, int some) {
+    const Planes planes = split(pixels + at, some);
+    const __mmask64 mask = some == 64 ? ~__mmask64{0} : (__mmask64{1} << some) - 1;
+    _mm512_mask_storeu_epi8(red + at, mask, planes.red);
+    _mm512_mask_storeu_epi8(green + at, mask, planes.green);
+    _mm512_mask_storeu_epi8(blue + at, mask, planes.blue);
+  };
+  int at = 0;
+  if (together && before > 0) {
+    part(0, before);
+    at = before;
   }
-  const int turns = (count - before) / kTurn;
-  const int streamed = before + turns * kTurn;
-  store_row_scalar(pixels, before, frame, x, y);
-  stream_planar(pixels + before, turns, to[0] + before, to[1] + before, to[2] + before);
-  store_row_scalar(pixels + streamed, count - streamed, frame, x + streamed, y);
+  for (; at + kTurn <= count; at += kTurn) {
+    if (!together) {
+      part(at, kTurn);
+      continue;
+    }
+    const Planes planes = split(pixels + at, kTurn);
+    _mm512_stream_si512(reinterpret_cast<__m512i*>(red + at), planes.red);
+    _mm512_stream_si512(reinterpret_cast<__m512i*>(green + at), planes.green);
+    _mm512_stream_si512(reinterpret_cast<__m512i*>(blue + at), planes.blue);
+  }
+  if (at < count) part(at, count - at);
 }
 
 void store_xrgb(const Xrgb* pixels, int count, const MutableImage& frame, int x, int y) {

@@ -21,6 +21,7 @@ namespace {
 
 struct TileCode {
   Tile tile;
+  std::vector<Reach> reaches;
   std::vector<Block> blocks;
   std::vector<Window> windows;
   std::vector<WeightLine> lines;
@@ -96,10 +97,28 @@ class TileBuilder {
       tile.windows.insert(tile.windows.end(), code.windows.begin(), code.windows.end());
       tile.lines.insert(tile.lines.end(), code.lines.begin(), code.lines.end());
     }
+    note_reaches(tile);
     return tile;
   }
 
  private:
+  static void note_reaches(TileCode& tile) {
+    std::array<Reach, kMostViews> reach_of;
+    for (Reach& reach : reach_of) reach = {UINT16_MAX, UINT16_MAX, 0, 0, 0};
+    for (const Window& window : tile.windows) {
+      Reach& reach = reach_of[window.view];
+      reach.x0 = std::min(reach.x0, window.x);
+      reach.y0 = std::min(reach.y0, window.y);
+      reach.x1 = static_cast<std::uint16_t>(std::max<int>(reach.x1, window.x + kWindowSide));
+      reach.y1 = static_cast<std::uint16_t>(std::max<int>(reach.y1, window.y + window.used));
+    }
+    for (std::size_t view = 0; view < kMostViews; ++view) {
+      reach_of[view].view = static_cast<std::uint16_t>(view);
+      if (reach_of[view].x1 > 0) tile.reaches.push_back(reach_of[view]);
+    }
+    tile.tile.reach_count = static_cast<std::uint8_t>(tile.reaches.size());
+  }
+
   BlockCode build_block(int x, int y, TileCode& tile, std::span<NeededRegion> needed) {
     std::size_t most_taps = 0;
     bool negative = false;
@@ -209,8 +228,10 @@ void append(WarpTable& table, const TileCode& code) {
   tile.first_block = static_cast<std::uint32_t>(table.blocks.size());
   tile.first_window = static_cast<std::uint32_t>(table.windows.size());
   tile.first_line = static_cast<std::uint32_t>(table.lines.size());
+  tile.first_reach = static_cast<std::uint32_t>(table.reaches.size());
   table.tiles.push_back(tile);
   for (const Block& block : code.blocks) ++table.blocks_of_kind[static_cast<std::size_t>(block.kind)];
+  table.reaches.insert(table.reaches.end(), code.reaches.begin(), code.reaches.end());
   table.blocks.insert(table.blocks.end(), code.blocks.begin(), code.blocks.end());
   table.windows.insert(table.windows.end(), code.windows.begin(), code.windows.end());
   table.lines.insert(table.lines.end(), code.lines.begin(), code.lines.end());

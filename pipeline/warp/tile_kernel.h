@@ -16,14 +16,13 @@ namespace cupola {
 // One view as one reflection of the frame sees it. A view mirrored top to bottom is walked with a negative
 // stride, one mirrored left to right with its windows' columns turned round.
 struct ViewTexels {
-  std::array<const std::uint8_t*, 3> origin{};  // a channel's window at (0, 0)
-  std::array<std::ptrdiff_t, 3> stride{};       // bytes from a texel row to the next
-  std::ptrdiff_t across = 1;                    // bytes from a window to the one at x + 1
-  std::uint32_t flip = 0;  // XORed to a column within a window, 0 or 7; in all four bytes
+  const std::uint8_t* origin = nullptr;     // the window at (0, 0) of the first channel
+  std::array<std::ptrdiff_t, 3> channel{};  // bytes from there to the same window of each channel
+  std::ptrdiff_t stride = 0;                // bytes from a texel row to the next, in all channels
+  std::ptrdiff_t across = 1;                // bytes from a window to the one at x + 1
+  std::uint32_t flip = 0;                   // XORed to a column within a window, 0 or 7; in all four bytes
 
-  const std::uint8_t* window(int channel, int x, int y) const {
-    return origin[channel] + y * stride[channel] + x * across;
-  }
+  const std::uint8_t* window(int x, int y) const { return origin + y * stride + x * across; }
   int column(int column) const { return column ^ static_cast<int>(flip & 7); }
 };
 
@@ -42,11 +41,12 @@ struct TileImage {
   std::ptrdiff_t stride = 0;  // pixels from one row of the tile to the next
   bool across = false;        // mirrored left to right: the tile's pixels run leftward from `corner`
 
-  // The leftmost pixel of a block's first row.
-  Pixel* block(int at) const {
-    const int x = at % kBlocksAcross * kBlockSide;
-    const int y = at / kBlocksAcross * kBlockSide;
-    return corner + y * stride + (across ? -x - (kBlockSide - 1) : x);
+  // From `corner` to the leftmost pixel of a block's first row.
+  template <bool kAcross>
+  std::ptrdiff_t offset(int block_at) const {
+    const int x = block_at % kBlocksAcross * kBlockSide;
+    const int y = block_at / kBlocksAcross * kBlockSide;
+    return y * stride + (kAcross ? -x - (kBlockSide - 1) : x);
   }
 };
 

@@ -71,7 +71,7 @@ class BlockSum {
     const ViewTexels& view = views_[window.view];
     for (int channel = 0; channel < 3; ++channel) {
       const std::uint8_t* row =
-          view.window(channel, window.x, window.y) + at / kWindowSide * view.stride[channel];
+          view.window(window.x, window.y) + view.channel[channel] + at / kWindowSide * view.stride;
       const Sample texel = reinterpret_cast<const Sample*>(row)[view.column(at % kWindowSide)];
       sum_[pixel][channel] += static_cast<Sum>(weight) * texel;
     }
@@ -106,9 +106,10 @@ void run_tile(const WarpTable& table, const Tile& tile, std::span<const TileImag
       for (std::uint32_t i = 0; i < block.window_count; ++i) line = sum.add(*window++, line);
       for (int i = 0; i < kPixelsInBlock; ++i) {
         const int column = i % kBlockSide;
-        image.block(
-            block.at)[i / kBlockSide * image.stride + (image.across ? kBlockSide - 1 - column : column)] =
-            sum.pixel(i);
+        const std::ptrdiff_t first =
+            image.across ? image.template offset<true>(block.at) : image.template offset<false>(block.at);
+        image.corner[first + i / kBlockSide * image.stride +
+                     (image.across ? kBlockSide - 1 - column : column)] = sum.pixel(i);
       }
     }
   }

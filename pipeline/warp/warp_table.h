@@ -83,10 +83,16 @@ struct Block {
   std::uint16_t covered = 0;  // bit i: pixel i has a footprint; the others are 0
   std::uint8_t at = 0;        // place in the tile, row by row
   BlockKind kind = BlockKind::kNarrow8;
-  std::uint8_t bits = 0;  // the weights of every covered pixel sum to 2^bits
-  std::array<std::uint8_t, 3> unused{};
+  std::uint32_t bits = 0;  // the weights of every covered pixel sum to 2^bits
 };
 static_assert(sizeof(Block) == 16);
+
+// The texels [x0, x1) x [y0, y1) of a view that a tile's windows touch.
+struct Reach {
+  std::uint16_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  std::uint16_t view = 0;
+};
+static_assert(sizeof(Reach) == 10);
 
 // Blocks are ordered by kind, windows and rows, not by place: what a processor does next is then what it did
 // last.
@@ -94,10 +100,12 @@ struct Tile {
   std::uint32_t first_block = 0;
   std::uint32_t first_window = 0;
   std::uint32_t first_line = 0;
+  std::uint32_t first_reach = 0;
   std::uint16_t block_count = 0;
-  std::uint16_t full = 0;  // 1: every pixel of the tile has a footprint
+  std::uint8_t reach_count = 0;  // one a view
+  std::uint8_t full = 0;         // 1: every pixel of the tile has a footprint
 };
-static_assert(sizeof(Tile) == 16);
+static_assert(sizeof(Tile) == 20);
 
 // One of the frame's mirror images. What view v gives a pixel, views[v].view gives the pixel's mirror image,
 // with its texels mirrored as said.
@@ -121,6 +129,7 @@ struct WarpTable {
   int tiles_down = 0;
   std::vector<Reflection> reflections;  // 1, 2 or 4; the first has all mirrors, the last none
   std::vector<Tile> tiles;              // row by row
+  std::vector<Reach> reaches;
   std::vector<Block> blocks;
   std::vector<Window> windows;
   std::vector<WeightLine> lines;
@@ -134,8 +143,8 @@ struct WarpTable {
 
   int tile_count() const { return tiles_across * tiles_down; }
   std::size_t bytes() const {
-    return tiles.size() * sizeof(Tile) + blocks.size() * sizeof(Block) + windows.size() * sizeof(Window) +
-           lines.size() * sizeof(WeightLine);
+    return tiles.size() * sizeof(Tile) + reaches.size() * sizeof(Reach) + blocks.size() * sizeof(Block) +
+           windows.size() * sizeof(Window) + lines.size() * sizeof(WeightLine);
   }
 };
 
