@@ -101,6 +101,8 @@ void PlayCommand::write_stats(const FrameLoop& loop, const Show& show, Cpu on, i
                                         {"frames_late", counts.frames_late},
                                         {"frames_dropped", counts.frames_dropped},
                                         {"frames_unchanged", counts.frames_unchanged},
+                                        {"tiles_warped", counts.tiles_warped},
+                                        {"tiles_skipped", counts.tiles_skipped},
                                         {"frames_failed", counts.frames_failed},
                                         {"heap_allocations", counts.heap_allocations},
                                         {"heap_allocations_elsewhere", counts.heap_allocations_elsewhere},

@@ -57,7 +57,9 @@ LoopEnd FrameLoop::play(std::optional<nanoseconds> time) noexcept {
       const DisplayBuffer buffer = display_.back_buffer();
       if (!buffer.data) return LoopEnd::kLost;
       const nanoseconds begun = clock_.now();
-      show_.warp(image_of(buffer));
+      const WarpWork work = show_.warp(image_of(buffer), buffer.age);
+      counts_.tiles_warped += work.pieces;
+      counts_.tiles_skipped += work.skipped;
       warp_times_[warps_++ % warp_times_.size()] = clock_.now() - begun;
       presented = display_.present(next);
     } else {

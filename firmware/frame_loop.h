@@ -16,6 +16,8 @@ namespace cupola {
 struct LoopCounts {
   std::int64_t frames_presented = 0;  // shown, unchanged ones included
   std::int64_t frames_unchanged = 0;  // of these: not warped, since nothing had changed
+  std::int64_t tiles_warped = 0;      // parts of the warped frames that were made,
+  std::int64_t tiles_skipped = 0;     // and that were left as they were, since nothing in them had changed
   std::int64_t frames_late = 0;       // of these: shown more than half a period after their time
   std::int64_t frames_dropped = 0;    // times of the show that passed without a frame of their own
   std::int64_t frames_failed = 0;     // times at which the faces could not be had

@@ -61,15 +61,16 @@ ShowFrames::ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& poo
     open.warp = static_cast<std::size_t>(std::find(kinds.begin(), kinds.end(), needs) - kinds.begin());
     if (open.warp == kinds.size()) {
       kinds.push_back(needs);
-      warps_.push_back(cue.compare ? make_split_warp(open.rig, *cue.compare, method, cpu, pool)
-                                   : make_frame_warp(open.rig, method, cpu, pool));
+      warps_.push_back({cue.compare ? make_split_warp(open.rig, *cue.compare, method, cpu, pool)
+                                    : make_frame_warp(open.rig, method, cpu, pool),
+                        ChangeHistory(faces)});
     }
     if (whole_faces) {
       std::vector<NeededRegion> all;
       for (const Size size : faces) all.push_back(NeededRegion::all(size));
       open.source->prepare(all);
     } else {
-      open.source->prepare(warps_[open.warp]->needed());
+      open.source->prepare(warps_[open.warp].warp->needed());
     }
     cues_.push_back(std::move(open));
   }
@@ -95,11 +96,18 @@ ShowFrames::Change ShowFrames::advance(std::chrono::nanoseconds time) noexcept {
   if (failed_) return Change::kFailed;
   const bool cut = shown_cue_ != moment_.cue;
   shown_cue_ = moment_.cue;
+  ChangeHistory& history = warps_[cues_[moment_.cue].warp].history;
+  if (fetched == Fetch::kNew || cut) history.fetched(cut ? std::span<const ChangedCells>() : faces_.changed);
   return fetched == Fetch::kNew || cut ? Change::kNew : Change::kUnchanged;
 }
 
-void ShowFrames::warp(const MutableImage& frame) noexcept {
-  warps_[cues_[moment_.cue].warp]->warp(faces_.faces, frame);
+WarpWork ShowFrames::warp(const MutableImage& frame, int age) noexcept {
+  const std::size_t index = cues_[moment_.cue].warp;
+  auto& [warp, history] = warps_[index];
+  // Frames of another warp lie between the buffer's and the last one in the history.
+  if (warped_with_ != index) history.fetched({});
+  warped_with_ = index;
+  return warp->warp_changed(faces_.faces, history.take(age), frame);
 }
 
 std::string ShowFrames::trouble() const {

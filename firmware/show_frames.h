@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/change_history.h"
 #include "firmware/show.h"
 #include "firmware/timeline.h"
 #include "pipeline/warp/frame_warp.h"
@@ -33,8 +34,10 @@ class ShowFrames {
   };
   // Fetches the faces due at `time`, which must not run backwards.
   Change advance(std::chrono::nanoseconds time) noexcept;
-  // Warps the faces fetched last into `frame`, which has frame_size() and any format.
-  void warp(const MutableImage& frame) noexcept;
+  // Warps the faces fetched last into `frame`, which has frame_size() and any format. Where `frame` holds
+  // what warp() made `age` calls ago, 1 being the last one, only what has changed since is done; 0: it holds
+  // anything.
+  WarpWork warp(const MutableImage& frame, int age = 0) noexcept;
 
   const FaceSet& faces() const { return faces_; }
   const Rig& rig() const { return cues_[moment_.cue].rig; }
@@ -49,16 +52,21 @@ class ShowFrames {
     std::unique_ptr<FaceSource> source;
     std::size_t warp = 0;
   };
+  struct CueWarp {  // shared by cues with faces of the same sizes
+    std::unique_ptr<FrameWarp> warp;
+    ChangeHistory history;
+  };
 
   Size frame_size_;
   double rate_ = 60.0;
   std::vector<OpenCue> cues_;
-  std::vector<std::unique_ptr<FrameWarp>> warps_;  // shared by cues with faces of the same sizes
+  std::vector<CueWarp> warps_;
   Timeline timeline_;
   Moment moment_{0, -1};
-  bool asked_ = false;                    // moment_ was asked for ...
-  bool failed_ = false;                   // ... in vain
-  std::optional<std::size_t> shown_cue_;  // whose faces were fetched last
+  bool asked_ = false;                      // moment_ was asked for ...
+  bool failed_ = false;                     // ... in vain
+  std::optional<std::size_t> shown_cue_;    // whose faces were fetched last
+  std::optional<std::size_t> warped_with_;  // which of warps_ made the last frame
   FaceSet faces_;
 };
 

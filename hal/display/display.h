@@ -14,6 +14,7 @@ struct DisplayBuffer {
   std::ptrdiff_t stride = 0;  // bytes
   int width = 0;              // pixels
   int height = 0;
+  int age = 0;  // it holds what was presented this many presents ago, 1 being the last; 0: anything
 };
 
 enum class Present : std::uint8_t {
@@ -30,7 +31,7 @@ struct Presented {
 class Display {
  public:
   virtual ~Display() = default;
-  // The buffer for the next frame; its old contents are anything.
+  // The buffer for the next frame; its old contents are what `age` says.
   virtual DisplayBuffer back_buffer() noexcept = 0;
   // Shows the back buffer at the first flip at or after `when`. Returns after the flip.
   virtual Presented present(std::chrono::nanoseconds when) noexcept = 0;

@@ -17,11 +17,14 @@ FakeDisplay::FakeDisplay(Clock& clock, int width, int height, std::chrono::nanos
 }
 
 DisplayBuffer FakeDisplay::buffer(std::size_t index) noexcept {
-  return {reinterpret_cast<std::byte*>(memory_[index].data()), std::ptrdiff_t{4} * width_, width_, height_};
+  return {reinterpret_cast<std::byte*>(memory_[index].data()), std::ptrdiff_t{4} * width_, width_, height_,
+          0};
 }
 
 DisplayBuffer FakeDisplay::back_buffer() noexcept {
-  return buffer(back_);
+  DisplayBuffer back = buffer(back_);
+  back.age = presents_ < 2 ? 0 : 2;
+  return back;
 }
 DisplayBuffer FakeDisplay::front_buffer() noexcept {
   return buffer(1 - back_);
@@ -29,7 +32,10 @@ DisplayBuffer FakeDisplay::front_buffer() noexcept {
 
 Presented FakeDisplay::present(std::chrono::nanoseconds when) noexcept {
   const Presented shown = repeat(when);
-  if (shown.result == Present::kShown) back_ = 1 - back_;
+  if (shown.result == Present::kShown) {
+    back_ = 1 - back_;
+    ++presents_;
+  }
   return shown;
 }
 

@@ -43,6 +43,7 @@ class FakeDisplay final : public Display {
   std::chrono::nanoseconds last_flip_;
   std::array<std::vector<std::uint32_t>, 2> memory_;
   std::size_t back_ = 0;
+  std::int64_t presents_ = 0;
   std::int64_t frames_ = 0;
   Present fate_ = Present::kShown;
 };

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "pipeline/frame/changed_cells.h"
 #include "pipeline/frame/image.h"
 #include "pipeline/optics/needed_region.h"
 
@@ -17,6 +18,9 @@ namespace cupola {
 struct FaceSet {
   std::vector<Image> faces;
   std::int64_t frame = 0;  // counts from 0
+  // What differs from the set fetched before, a view each; none: anything may. Sources that know save the
+  // warp work. Borrowed as the faces are.
+  std::span<const ChangedCells> changed;
 };
 
 enum class Fetch : std::uint8_t {

@@ -128,10 +128,12 @@ void GeneratedSource::prepare(std::span<const NeededRegion> needed) {
   assert(needed.size() == faces_.size());
   sprites_.resize(static_cast<std::size_t>(world_->sprites()));
   next_sprites_ = sprites_;
+  changed_.clear();
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     Face& face = faces_[f];
     const Size size = face.view.size;
     assert(needed[f].size == size);
+    changed_.emplace_back(size);
     face.needed = needed[f];
     face.backdrop = ImageBuffer(PixelFormat::kRgbPlanar16, size);
     face.uneven.assign(static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height), 0);
@@ -288,9 +290,15 @@ Fetch GeneratedSource::fetch(std::int64_t frame, FaceSet& faces) noexcept {
   }
   texels_redrawn_ = 0;
   const bool unchanged = fetched_ && next_sprites_ == sprites_;
+  for (ChangedCells& changed : changed_) changed.clear();
   if (!unchanged && !sprites_.empty()) {
     sprites_.swap(next_sprites_);  // both are full afterwards, nothing is freed
-    for (Face& face : faces_) {
+    for (std::size_t f = 0; f < faces_.size(); ++f) {
+      Face& face = faces_[f];
+      const auto note = [&] {
+        for (const TexelBox& box : face.boxes) changed_[f].add(box.x0, box.y0, box.x1, box.y1);
+      };
+      note();
       for (const TexelBox& box : face.boxes) clear(face, box);
       // Old boxes go out cleared; new ones, drawn below, go out after them.
       for (const TexelBox& box : face.boxes) put_out(face, box);
@@ -301,8 +309,10 @@ Fetch GeneratedSource::fetch(std::int64_t frame, FaceSet& faces) noexcept {
         draw(face, sprites_[s], face.boxes[s]);
       }
       for (const TexelBox& box : face.boxes) put_out(face, box);
+      note();
     }
   }
+  faces.changed = fetched_ ? std::span<const ChangedCells>(changed_) : std::span<const ChangedCells>();
   fetched_ = true;
 
   faces.frame = frame;

@@ -60,6 +60,7 @@ class GeneratedSource final : public FaceSource {
   PixelFormat format_;
   std::vector<Sprite> sprites_;  // as drawn
   std::vector<Sprite> next_sprites_;
+  std::vector<ChangedCells> changed_;  // by the last fetch()
   bool fetched_ = false;
   std::int64_t texels_drawn_ = 0;
   std::int64_t texels_skipped_ = 0;

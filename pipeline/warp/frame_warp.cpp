@@ -20,6 +20,10 @@ class OwningTableWarp final : public FrameWarp {
   void warp(std::span<const Image> faces, const MutableImage& frame) noexcept override {
     warp_->warp(faces, frame);
   }
+  WarpWork warp_changed(std::span<const Image> faces, std::span<const ChangedCells> changed,
+                        const MutableImage& frame) noexcept override {
+    return warp_->warp_changed(faces, changed, frame);
+  }
 
  private:
   WarpTable table_;

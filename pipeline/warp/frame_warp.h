@@ -7,6 +7,7 @@
 #include <span>
 #include <string_view>
 
+#include "pipeline/frame/changed_cells.h"
 #include "pipeline/frame/image.h"
 #include "pipeline/optics/needed_region.h"
 #include "pipeline/optics/rig.h"
@@ -27,6 +28,12 @@ enum class Method : std::uint8_t {
 inline constexpr std::string_view kMethodNames[] = {"ewa",      "ewa-exact", "ewa-scan", "ewa-scan-integer",
                                                     "bilinear", "nearest"};
 
+// What a warp did and what it left out, in pieces of the frame of its own choice.
+struct WarpWork {
+  std::int64_t pieces = 0;   // done
+  std::int64_t skipped = 0;  // left as they were, since nothing they show had changed
+};
+
 // Immutable once made, but for counters; one warp() at a time.
 class FrameWarp {
  public:
@@ -36,6 +43,13 @@ class FrameWarp {
   // `faces` in the rig's order, planar RGB of 8 or 16 bits and the rig's sizes. `frame` has the rig's frame
   // size and any format; every pixel of it is written, those outside the image 0.
   virtual void warp(std::span<const Image> faces, const MutableImage& frame) noexcept = 0;
+  // The same where `frame` holds what this warp made of faces that differ from these at most in `changed`,
+  // one a view. Methods that cannot use that do all of it.
+  virtual WarpWork warp_changed(std::span<const Image> faces, std::span<const ChangedCells> /*changed*/,
+                                const MutableImage& frame) noexcept {
+    warp(faces, frame);
+    return {1, 0};
+  }
   // Bytes of precomputed tables; 0 for none.
   virtual std::size_t table_bytes() const = 0;
 };

@@ -24,6 +24,13 @@ class SplitWarp final : public FrameWarp {
     left_->warp(faces, part_of(frame, 0, 0, left_size_));
     right_->warp(faces, part_of(frame, left_size_.width, 0, right_size_));
   }
+  WarpWork warp_changed(std::span<const Image> faces, std::span<const ChangedCells> changed,
+                        const MutableImage& frame) noexcept override {
+    const WarpWork left = left_->warp_changed(faces, changed, part_of(frame, 0, 0, left_size_));
+    const WarpWork right =
+        right_->warp_changed(faces, changed, part_of(frame, left_size_.width, 0, right_size_));
+    return {left.pieces + right.pieces, left.skipped + right.skipped};
+  }
 
  private:
   std::unique_ptr<FrameWarp> left_, right_;

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "hal/display/fake_display.h"
 #include "tests/frame/picture_files.h"
 
@@ -60,6 +62,49 @@ TEST_F(FrameLoopTest, PresentsAFrameAFlip) {
   EXPECT_EQ(loop.counts().heap_allocations, 0);
   EXPECT_EQ(loop.warp_ms().size(), 120U);
   EXPECT_EQ(display.frames(), 120);
+}
+
+// Compares every frame with the same frame made whole, by `frames` at 60 a second.
+class CheckingDisplay final : public Display {
+ public:
+  CheckingDisplay(FakeDisplay& display, ShowFrames& frames) : display_(display), frames_(frames) {}
+  DisplayBuffer back_buffer() noexcept override { return display_.back_buffer(); }
+  Presented present(nanoseconds when) noexcept override {
+    const Presented presented = display_.present(when);
+    ImageBuffer whole(PixelFormat::kXrgb8888, frames_.frame_size());
+    frames_.advance(nanoseconds(1s) * count_++ / 60);
+    frames_.warp(whole.pixels());
+    const DisplayBuffer shown = display_.front_buffer();
+    for (int y = 0; y < shown.height; ++y) {
+      equal_ = equal_ && std::memcmp(shown.data + y * shown.stride, whole.pixels().planes[0].row(y),
+                                     std::size_t{4} * static_cast<std::size_t>(shown.width)) == 0;
+    }
+    return presented;
+  }
+  Presented repeat(nanoseconds when) noexcept override { return display_.repeat(when); }
+  nanoseconds period() const noexcept override { return display_.period(); }
+  bool equal() const { return equal_; }
+
+ private:
+  FakeDisplay& display_;
+  ShowFrames& frames_;
+  int count_ = 0;
+  bool equal_ = true;
+};
+
+TEST_F(FrameLoopTest, WarpsOnlyTilesInWhichSomethingMoved) {
+  const std::string lines[] = {"rig.frame.width=300",         "rig.frame.height=220",
+                               "rig.frame.center=[150, 150]", "rig.frame.radius=150",
+                               "cue.0.face_size=[256, 256]",  "cue.0.duration_s=1"};
+  ShowFrames frames(load_show("demo", lines), Method::kEwa, best_cpu(), pool_);
+  ShowFrames whole(load_show("demo", lines), Method::kEwa, best_cpu(), pool_);
+  FakeDisplay fake(clock_, 300, 220);
+  CheckingDisplay display(fake, whole);
+  FrameLoop loop(frames, display, clock_, pool_);
+  EXPECT_EQ(loop.run({}), LoopEnd::kOver);
+  EXPECT_EQ(loop.counts().frames_presented, 60);
+  EXPECT_GT(loop.counts().tiles_skipped, loop.counts().tiles_warped / 10);
+  EXPECT_TRUE(display.equal());
 }
 
 TEST_F(FrameLoopTest, GoesOnWithTheShowsTimeWhenItFallsBehind) {

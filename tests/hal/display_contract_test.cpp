@@ -117,6 +117,23 @@ TEST_P(DisplayContract, GivesAWholeBufferForEveryFrame) {
   }
 }
 
+TEST_P(DisplayContract, BuffersHoldWhatTheirAgeSays) {
+  for (std::uint32_t i = 0; i < 9; ++i) {
+    const DisplayBuffer buffer = display_.back_buffer();
+    ASSERT_LE(buffer.age, static_cast<int>(i));
+    if (buffer.age > 0) {
+      std::uint32_t word = 0;
+      std::memcpy(&word, buffer.data + 47 * buffer.stride + 4 * 63, 4);
+      EXPECT_EQ(word, 0xff000000U + i - static_cast<std::uint32_t>(buffer.age));
+    }
+    fill(0xff000000U + i);
+    ASSERT_EQ(display_.present(clock_.now()).result, Present::kShown);
+    if (i % 3 == 0) {
+      ASSERT_EQ(display_.repeat(clock_.now()).result, Present::kShown);
+    }
+  }
+}
+
 TEST_P(DisplayContract, ShowsNoFrameBeforeItsTime) {
   for (const auto wait : {0ms, 1ms, 20ms, 45ms}) {
     fill(0xff808080U);
