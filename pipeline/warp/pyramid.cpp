@@ -19,6 +19,12 @@ int reduced(int side, double scale) {
   return std::max(1, static_cast<int>(std::lround(side / scale)));
 }
 
+// The inputs that a span of outputs is made from.
+RowSpan columns_of(const LineReduction& across, RowSpan outputs) {
+  const ReductionTaps& last = across.taps[static_cast<std::size_t>(outputs.last) - 1];
+  return {across.taps[static_cast<std::size_t>(outputs.first)].first, last.first + last.count};
+}
+
 }  // namespace
 
 PyramidShape shape_pyramid(const Rig& rig, Reduction reduction) {
@@ -73,37 +79,44 @@ LineReduction reduce_line(int from, int to, Reduction reduction, double from_var
   return line;
 }
 
-Pyramid::Pyramid(const PyramidShape& shape, std::vector<NeededRegion> used)
-    : views_(shape.views()), regions_(std::move(used)), images_(regions_.size()) {
+Pyramid::Pyramid(const PyramidShape& shape, std::vector<TexelSpans> used)
+    : views_(shape.views()), made_(std::move(used)), images_(made_.size()) {
   // From the smallest level up, since each adds to what its parent must have.
-  for (std::size_t to = regions_.size(); to-- > views_;) {
+  for (std::size_t to = made_.size(); to-- > views_;) {
+    made_[to].join();
     Step step;
     step.to = to;
     const PyramidLevel& level = shape.levels[to / views_];
     const std::size_t view = to % views_;
     step.from = static_cast<std::size_t>(level.parent) * views_ + view;
-    const NeededRegion& region = regions_[to];
-    for (int y = 0; y < region.size.height; ++y) {
-      if (!region.rows[static_cast<std::size_t>(y)].empty()) step.rows.push_back(y);
+    const TexelSpans& wanted = made_[to];
+    for (int y = 0; y < wanted.size.height; ++y) {
+      if (!wanted.rows[static_cast<std::size_t>(y)].empty()) step.rows.push_back(y);
     }
     if (step.rows.empty()) continue;
     const Size from = shape.levels[static_cast<std::size_t>(level.parent)].sizes[view];
     const double variance = level.parent == 0 ? 0.0 : kLevelVariance;
-    step.across = reduce_line(from.width, region.size.width, shape.reduction, variance);
-    step.down = reduce_line(from.height, region.size.height, shape.reduction, variance);
+    step.across = reduce_line(from.width, wanted.size.width, shape.reduction, variance);
+    step.down = reduce_line(from.height, wanted.size.height, shape.reduction, variance);
     for (const int y : step.rows) {
-      const RowSpan row = region.rows[static_cast<std::size_t>(y)];
-      const ReductionTaps& left = step.across.taps[static_cast<std::size_t>(row.first)];
-      const ReductionTaps& right = step.across.taps[static_cast<std::size_t>(row.last) - 1];
       const ReductionTaps& down = step.down.taps[static_cast<std::size_t>(y)];
-      for (int v = down.first; v < down.first + down.count; ++v) {
-        regions_[step.from].include(left.first, v);
-        regions_[step.from].include(right.first + right.count - 1, v);
+      for (const RowSpan& span : wanted.rows[static_cast<std::size_t>(y)]) {
+        const RowSpan columns = columns_of(step.across, span);
+        for (int v = down.first; v < down.first + down.count; ++v) made_[step.from].add(v, columns);
       }
     }
-    images_[to] = ImageBuffer(PixelFormat::kRgbPlanar16, region.size);
+    images_[to] = ImageBuffer(PixelFormat::kRgbPlanar16, wanted.size);
     line_ = std::max(line_, static_cast<std::size_t>(from.width));
     steps_.push_back(std::move(step));
+  }
+  for (std::size_t face = 0; face < views_; ++face) {
+    needed_.push_back(NeededRegion::none(made_[face].size));
+    for (int y = 0; y < made_[face].size.height; ++y) {
+      for (const RowSpan& span : made_[face].rows[static_cast<std::size_t>(y)]) {
+        needed_.back().include(span.first, y);
+        needed_.back().include(span.last - 1, y);
+      }
+    }
   }
   std::reverse(steps_.begin(), steps_.end());
   if (!steps_.empty()) lines_.resize(line_ * kMostParts);
@@ -123,7 +136,10 @@ void Pyramid::build(std::span<const Image> faces, WorkerPool& pool) noexcept {
     pool.run(parts, [&](int part) {
       const std::span<std::uint32_t> line(lines_.data() + static_cast<std::size_t>(part) * line_, line_);
       for (int i = rows * part / parts; i < rows * (part + 1) / parts; ++i) {
-        make_row(step, source, step.rows[static_cast<std::size_t>(i)], line);
+        const int row = step.rows[static_cast<std::size_t>(i)];
+        for (const RowSpan& span : made_[step.to].rows[static_cast<std::size_t>(row)]) {
+          make_span(step, source, row, span, line);
+        }
       }
     });
   }
@@ -141,18 +157,19 @@ void Pyramid::add_rows(const Step& step, const Image& source, int channel, int r
   std::fill(sums + columns.first, sums + columns.last, 1U << (kDown - 1));
   for (int k = 0; k < down.count; ++k) {
     const Sample* samples = source.samples<Sample>(channel, down.first + k);
-    const std::uint32_t weight = weights[k];
-    for (int x = columns.first; x < columns.last; ++x) sums[x] += weight * samples[x];
+    const std::uint16_t weight = weights[k];
+    for (int x = columns.first; x < columns.last; ++x) {
+      // Sixteen bits times sixteen: what compilers have an instruction for.
+      const std::uint16_t sample = samples[x];
+      sums[x] += std::uint32_t{weight} * std::uint32_t{sample};
+    }
   }
   for (int x = columns.first; x < columns.last; ++x) sums[x] >>= kDown;
 }
 
-void Pyramid::make_row(const Step& step, const Image& source, int row,
-                       std::span<std::uint32_t> line) noexcept {
-  const RowSpan span = regions_[step.to].rows[static_cast<std::size_t>(row)];
-  const ReductionTaps& last = step.across.taps[static_cast<std::size_t>(span.last) - 1];
-  const RowSpan columns{step.across.taps[static_cast<std::size_t>(span.first)].first,
-                        last.first + last.count};
+void Pyramid::make_span(const Step& step, const Image& source, int row, RowSpan span,
+                        std::span<std::uint32_t> line) noexcept {
+  const RowSpan columns = columns_of(step.across, span);
   for (int channel = 0; channel < 3; ++channel) {
     if (source.format == PixelFormat::kRgbPlanar16) {
       add_rows<std::uint16_t>(step, source, channel, row, columns, line);

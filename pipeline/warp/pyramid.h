@@ -10,6 +10,7 @@
 #include "pipeline/optics/needed_region.h"
 #include "pipeline/optics/rig.h"
 #include "pipeline/parallel/worker_pool.h"
+#include "pipeline/warp/texel_spans.h"
 
 namespace cupola {
 
@@ -56,11 +57,11 @@ LineReduction reduce_line(int from, int to, Reduction reduction, double from_var
 class Pyramid {
  public:
   // `used`: the texels wanted of each image, those of level 0 among them.
-  Pyramid(const PyramidShape& shape, std::vector<NeededRegion> used);
+  Pyramid(const PyramidShape& shape, std::vector<TexelSpans> used);
 
   // The texels of the faces that build() or its caller reads.
-  std::span<const NeededRegion> needed() const { return {regions_.data(), views_}; }
-  const NeededRegion& made(std::size_t image) const { return regions_[image]; }
+  std::span<const NeededRegion> needed() const { return needed_; }
+  const TexelSpans& made(std::size_t image) const { return made_[image]; }
   std::size_t bytes() const;
 
   // Fills every level from `faces` (8 or 16 bits, planar).
@@ -75,13 +76,15 @@ class Pyramid {
     LineReduction across, down;
     std::vector<int> rows;  // of `to`, those used
   };
-  void make_row(const Step& step, const Image& source, int row, std::span<std::uint32_t> line) noexcept;
+  void make_span(const Step& step, const Image& source, int row, RowSpan span,
+                 std::span<std::uint32_t> line) noexcept;
   template <class Sample>
   void add_rows(const Step& step, const Image& source, int channel, int row, RowSpan columns,
                 std::span<std::uint32_t> line) noexcept;
 
   std::size_t views_;
-  std::vector<NeededRegion> regions_;
+  std::vector<TexelSpans> made_;
+  std::vector<NeededRegion> needed_;  // of the faces
   std::vector<ImageBuffer> images_;
   std::vector<Step> steps_;  // parents first
   std::size_t line_ = 0;     // the longest line of any source

@@ -4,16 +4,13 @@
 
 namespace cupola {
 
-std::vector<NeededRegion> regions_used(const PyramidShape& shape, const TapRuns& taps) {
-  std::vector<NeededRegion> regions;
+std::vector<TexelSpans> texels_used(const PyramidShape& shape, const TapRuns& taps) {
+  std::vector<TexelSpans> used;
   for (const PyramidLevel& level : shape.levels) {
-    for (const Size& size : level.sizes) regions.push_back(NeededRegion::none(size));
+    for (const Size& size : level.sizes) used.push_back(TexelSpans::none(size));
   }
-  for (const TapRuns::Run& run : taps.runs) {
-    regions[run.image].include(run.x, run.y);
-    regions[run.image].include(run.x + run.count - 1, run.y);
-  }
-  return regions;
+  for (const TapRuns::Run& run : taps.runs) used[run.image].add(run.y, {run.x, run.x + run.count});
+  return used;
 }
 
 }  // namespace cupola

@@ -4,7 +4,6 @@
 
 #include <vector>
 
-#include "pipeline/optics/needed_region.h"
 #include "pipeline/optics/rig.h"
 #include "pipeline/parallel/worker_pool.h"
 #include "pipeline/warp/pyramid.h"
@@ -18,7 +17,7 @@ struct PyramidPlan {
 };
 
 // The texels of every image of the pyramid that the taps name.
-std::vector<NeededRegion> regions_used(const PyramidShape& shape, const TapRuns& taps);
+std::vector<TexelSpans> texels_used(const PyramidShape& shape, const TapRuns& taps);
 
 // EWA on the smallest level that can still carry the pixel's ellipse, faded into the next larger one where
 // the choice changes (Greene & Heckbert 1986, "Areas for future work").

@@ -12,7 +12,7 @@ class PyramidWarp final : public FrameWarp {
   PyramidWarp(PyramidPlan plan, WorkerPool& pool)
       : taps_(std::move(plan.taps)),
         views_(plan.shape.views()),
-        pyramid_(plan.shape, regions_used(plan.shape, taps_)),
+        pyramid_(plan.shape, texels_used(plan.shape, taps_)),
         pool_(pool) {}
 
   std::span<const NeededRegion> needed() const override { return pyramid_.needed(); }

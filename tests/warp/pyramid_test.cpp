@@ -48,8 +48,11 @@ TEST(Pyramid, MakesTheMeanOfFourTexelsByBoxes) {
   const Rig rig = test::omnimax_rig({40, 40}, 40, {64, 48}, {"front"});
   const PyramidShape shape = shape_pyramid(rig, Reduction::kBox);
   ASSERT_EQ(shape.levels.size(), 7U);
-  std::vector<NeededRegion> used;
-  for (const PyramidLevel& level : shape.levels) used.push_back(NeededRegion::all(level.sizes[0]));
+  std::vector<TexelSpans> used;
+  for (const PyramidLevel& level : shape.levels) {
+    used.push_back(TexelSpans::none(level.sizes[0]));
+    for (int y = 0; y < level.sizes[0].height; ++y) used.back().add(y, {0, level.sizes[0].width});
+  }
   Pyramid pyramid(shape, used);
   const test::Faces faces = test::make_faces(rig, test::noise(2));
   pyramid.build(faces.images, pool);
@@ -90,7 +93,7 @@ TEST(EwaPyramid, MakesOnlyWhatSomePixelUses) {
   WorkerPool pool(2);
   const Rig rig = test::omnimax_rig({123, 90}, 123, {512, 512}, kFour);
   const PyramidPlan plan = plan_ewa_pyramid(rig, pool);
-  const Pyramid pyramid(plan.shape, regions_used(plan.shape, plan.taps));
+  const Pyramid pyramid(plan.shape, texels_used(plan.shape, plan.taps));
   std::int64_t made = 0;
   std::int64_t whole = 0;
   for (std::size_t image = 4; image < plan.shape.levels.size() * 4; ++image) {
