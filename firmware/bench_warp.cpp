@@ -117,6 +117,10 @@ std::vector<Contender> usual_contenders() {
           {"ewa a8 r1 rec 1", Method::kEwa, gaussian(8, 1, 1)},
           {"ewa-scan", Method::kEwaScan, {}},
           {"ewa-scan-integer", Method::kEwaScanInteger, {}},
+          {"ewa-pyramid", Method::kEwaPyramid, {}},
+          {"two-pass", Method::kTwoPass, {}},
+          {"trilinear", Method::kTrilinear, {}},
+          {"summed-area", Method::kSummedArea, {}},
           {"bilinear", Method::kBilinear, {}},
           {"nearest", Method::kNearest, {}}};
 }
@@ -201,7 +205,8 @@ Speed measure_speed(const Rig& rig, int rounds, bool with_error, WorkerPool& poo
   add_table("ewa precise", filter, {Cpu::kAvx512, Cpu::kAvx2});
   add_table("ewa paper fast", paper_preset(), {Cpu::kAvx512, Cpu::kAvx2});
   for (const Method method :
-       {Method::kEwaScan, Method::kEwaScanInteger, Method::kBilinear, Method::kNearest}) {
+       {Method::kEwaScan, Method::kEwaScanInteger, Method::kEwaPyramid, Method::kTwoPass, Method::kTrilinear,
+        Method::kSummedArea, Method::kBilinear, Method::kNearest}) {
     warps.push_back(make_frame_warp(rig, method, Cpu::kScalar, alone));
     laps.push_back({{std::string(kMethodNames[static_cast<std::size_t>(method)]), 0, 0,
                      static_cast<double>(warps.back()->table_bytes()) / in_image, -1, -1},

@@ -41,6 +41,13 @@ std::unique_ptr<FrameWarp> make_frame_warp(const Rig& rig, Method method, Cpu cp
     case Method::kEwaScan:
     case Method::kEwaScanInteger:
       return make_scan_warp(rig, method, pool);
+    case Method::kEwaPyramid:
+    case Method::kTrilinear:
+      return make_pyramid_warp(rig, method, pool);
+    case Method::kTwoPass:
+      return make_two_pass_warp(rig, pool);
+    case Method::kSummedArea:
+      return make_summed_area_warp(rig, pool);
     case Method::kBilinear:
     case Method::kNearest:
       return make_point_warp(rig, method, pool);

@@ -21,12 +21,17 @@ enum class Method : std::uint8_t {
   kEwaExact,        // the reference: double precision, straight from the formulas
   kEwaScan,         // the 1986 scan with a weight table and finite differences, in float
   kEwaScanInteger,  // the same in integers
+  kEwaPyramid,      // EWA on smaller copies of the faces where the picture shrinks
+  kTwoPass,         // one-dimensional filters along one side and then the other, fitted to EWA
+  kTrilinear,       // for comparison: mip-maps (Williams 1983)
+  kSummedArea,      // for comparison: the mean over a rectangle (Crow 1984)
   kBilinear,        // for comparison
   kNearest,         // for comparison: point sampling
 };
 
-inline constexpr std::string_view kMethodNames[] = {"ewa",      "ewa-exact", "ewa-scan", "ewa-scan-integer",
-                                                    "bilinear", "nearest"};
+inline constexpr std::string_view kMethodNames[] = {
+    "ewa",      "ewa-exact", "ewa-scan",    "ewa-scan-integer", "ewa-pyramid",
+    "two-pass", "trilinear", "summed-area", "bilinear",         "nearest"};
 
 // What a warp did and what it left out, in pieces of the frame of its own choice.
 struct WarpWork {

@@ -30,7 +30,8 @@ TEST_F(Warp, WritesAFrameOfTheRigsSize) {
 }
 
 TEST_F(Warp, DoesSoByEveryMethodAndThreadCount) {
-  for (const char* method : {"ewa", "ewa-exact", "ewa-scan", "ewa-scan-integer", "bilinear", "nearest"}) {
+  for (const char* method : {"ewa", "ewa-exact", "ewa-scan", "ewa-scan-integer", "ewa-pyramid", "two-pass",
+                             "trilinear", "summed-area", "bilinear", "nearest"}) {
     EXPECT_EQ(call(warp_arguments({"--method", method, "--threads", "1"})).code, 0) << method;
     const std::string one = read_text(path("frame.png"));
     EXPECT_EQ(call(warp_arguments({"--method", method, "--threads", "3"})).code, 0) << method;

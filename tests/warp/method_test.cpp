@@ -62,7 +62,9 @@ TEST_P(EveryMethod, ReadsNothingOutsideWhatItSaysItNeeds) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod,
                          testing::Values(Method::kEwa, Method::kEwaExact, Method::kEwaScan,
-                                         Method::kEwaScanInteger, Method::kBilinear, Method::kNearest),
+                                         Method::kEwaScanInteger, Method::kEwaPyramid, Method::kTwoPass,
+                                         Method::kTrilinear, Method::kSummedArea, Method::kBilinear,
+                                         Method::kNearest),
                          [](const auto& instance) {
                            std::string name(kMethodNames[static_cast<std::size_t>(instance.param)]);
                            std::replace(name.begin(), name.end(), '-', '_');
