@@ -115,6 +115,8 @@ std::vector<Contender> usual_contenders() {
           {"ewa a6 r1 rec 0.75", Method::kEwa, gaussian(6, 1, 0.75)},
           {"ewa a6 r1 rec 1", Method::kEwa, gaussian(6, 1, 1)},
           {"ewa a8 r1 rec 1", Method::kEwa, gaussian(8, 1, 1)},
+          {"ewa robidoux", Method::kEwa, robidoux_filter()},
+          {"ewa jinc", Method::kEwa, jinc_filter()},
           {"ewa-scan", Method::kEwaScan, {}},
           {"ewa-scan-integer", Method::kEwaScanInteger, {}},
           {"bilinear", Method::kBilinear, {}},

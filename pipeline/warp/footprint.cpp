@@ -51,10 +51,6 @@ Covariance covariance(const ViewSample& at, const DirectionAndSlope& looking, co
   return m;
 }
 
-double kernel(const FilterSettings& filter, double q) {
-  return portable::exponential(-filter.alpha * q);
-}
-
 int floor_to_int(double x) {
   return static_cast<int>(std::floor(x));
 }
@@ -78,6 +74,26 @@ Cone cone_of_box(const View& home, const Vec3& direction, const ViewSample& at, 
   const double half = (uu - vv) / 2;
   const double fewest = std::sqrt(std::max(1e-12, (uu + vv) / 2 - std::sqrt(half * half + uv * uv)));
   return portable::sine_cosine(std::min(2.0 * std::sqrt(wide * wide + high * high) / fewest, 1.57));
+}
+
+// Makes the weights sum to 1; false and no taps where there is nothing to sum.
+bool normalise(std::vector<Tap>& taps) {
+  double sum = 0.0;
+  double size = 0.0;
+  for (const Tap& tap : taps) {
+    sum += tap.weight;
+    size += std::abs(tap.weight);
+  }
+  if (!(size > 0.0)) {
+    taps.clear();
+    return false;
+  }
+  if (sum < kLeastSignedShare * size) {
+    std::erase_if(taps, [](const Tap& tap) { return tap.weight <= 0.0; });
+    sum = (sum + size) / 2;
+  }
+  for (Tap& tap : taps) tap.weight /= sum;
+  return !taps.empty();
 }
 
 }  // namespace
@@ -111,7 +127,7 @@ void FootprintGatherer::gather_inside(int view, const Ellipse& e, std::vector<Ta
     for (int x = x0; x <= x1; ++x) {
       const double du = x + 0.5 - e.u;
       const double q = e.a * du * du + e.b * du * dv + e.c * dv * dv;
-      if (q < limit) taps.push_back({x, y, view, kernel(rig_.filter, q)});
+      if (q < limit) taps.push_back({x, y, view, kernel_(q)});
     }
   }
 }
@@ -133,7 +149,7 @@ void FootprintGatherer::gather_across_seams(int home, const Vec3& direction, con
         const double dv = (at_home ? y + 0.5 : in_plane.uv.y) - e.v;
         const double q = e.a * du * du + e.b * du * dv + e.c * dv * dv;
         if (q >= limit || owner(rig_.views, d) != static_cast<int>(i)) continue;
-        double weight = kernel(rig_.filter, q);
+        double weight = kernel_(q);
         if (!at_home) {
           ViewSample in_own;
           project(own, d, in_own);
@@ -171,14 +187,7 @@ Footprint FootprintGatherer::gather(int x, int y, std::vector<Tap>& taps) const 
     gather_across_seams(home, looking.direction, ellipse, portable::arc_tangent2(cone.sine, cone.cosine),
                         taps);
   }
-  double sum = 0.0;
-  for (const Tap& tap : taps) sum += tap.weight;
-  if (!(sum > 0.0)) {
-    taps.clear();
-    return Footprint::kUncovered;
-  }
-  for (Tap& tap : taps) tap.weight /= sum;
-  return Footprint::kCovered;
+  return normalise(taps) ? Footprint::kCovered : Footprint::kUncovered;
 }
 
 }  // namespace cupola

@@ -7,6 +7,7 @@
 
 #include "pipeline/optics/portable_math.h"
 #include "pipeline/optics/rig.h"
+#include "pipeline/warp/radial_kernel.h"
 
 namespace cupola {
 
@@ -25,9 +26,10 @@ enum class Footprint : std::uint8_t {
 // Gathers footprints for one rig; const after construction, so that threads may share it.
 class FootprintGatherer {
  public:
-  explicit FootprintGatherer(const Rig& rig) : rig_(rig) {}  // borrowed
+  explicit FootprintGatherer(const Rig& rig) : rig_(rig), kernel_(rig.filter) {}  // borrowed
 
-  // Fills `taps` with the footprint of pixel (x, y); the weights are above 0 and sum to 1.
+  // Fills `taps` with the footprint of pixel (x, y); the weights, some of which may be
+  // negative with other kernels than the Gaussian, lie in [-2, 2] and sum to 1.
   Footprint gather(int x, int y, std::vector<Tap>& taps) const;
 
  private:
@@ -41,6 +43,7 @@ class FootprintGatherer {
                            std::vector<Tap>& taps) const;
 
   const Rig& rig_;
+  RadialKernel kernel_;
 };
 
 }  // namespace cupola

@@ -187,10 +187,11 @@ BlockCode encode_narrow(const std::array<PixelTaps, kPixelsInBlock>& block, std:
   return code;
 }
 
-BlockCode encode_wide(const std::array<PixelTaps, kPixelsInBlock>& block, std::span<const Size> views) {
+BlockCode encode_wide(const std::array<PixelTaps, kPixelsInBlock>& block, std::span<const Size> views,
+                      int bits) {
   BlockCode code;
   code.kind = BlockKind::kWide16;
-  code.bits = kBits16;
+  code.bits = bits;
   for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
     PixelTaps taps = block[pixel];
     while (!taps.empty()) {
@@ -282,18 +283,28 @@ class TileBuilder {
       most_taps = std::max(most_taps, taps.size());
     }
     if (most_taps == 0) return {};
-    const int bits = rig_.filter.table == TableForm::kFast ? round_to_bytes(most_taps) : 0;
+    const bool positive = all_positive();
+    int bits = rig_.filter.table == TableForm::kFast && positive ? round_to_bytes(most_taps) : 0;
     const bool eight_bits = bits != 0;
-    if (!eight_bits) round_weights(kBits16, 1 << kBits16);
+    if (!eight_bits) {
+      bits = positive ? kBits16 : kBitsSigned16;
+      round_weights(bits, 1 << kBits16);
+    }
     for (const PixelTaps& taps : integers_) {
       tile.taps += static_cast<std::int64_t>(taps.size());
       for (const IntegerTap& tap : taps) needed[tap.view].include(tap.x, tap.y);
     }
     if (eight_bits) return encode_narrow(integers_, views_, BlockKind::kNarrow8, bits);
-    BlockCode wide = encode_wide(integers_, views_);
+    BlockCode wide = encode_wide(integers_, views_, bits);
     if (most_taps > kMostNarrowTaps) return wide;
-    BlockCode narrow = encode_narrow(integers_, views_, BlockKind::kNarrow16, kBits16);
+    BlockCode narrow = encode_narrow(integers_, views_, BlockKind::kNarrow16, bits);
     return wide.bytes() < narrow.bytes() ? wide : narrow;
+  }
+
+  bool all_positive() const {
+    return std::ranges::all_of(footprints_, [](const std::vector<Tap>& taps) {
+      return std::ranges::all_of(taps, [](const Tap& tap) { return tap.weight >= 0.0; });
+    });
   }
 
   // Rounds to one byte a weight with as many bits as all pixels can have; their number, 0 when too few.

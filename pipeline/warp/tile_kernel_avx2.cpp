@@ -84,7 +84,7 @@ class TileRun {
         }
       }
     }
-    finish16(join(high[0], low[0]), join(high[1], low[1]), out);
+    finish16(join(high[0], low[0]), join(high[1], low[1]), block.bits, out);
   }
 
   void wide16(const Block& block, int channel, std::uint8_t* out) const {
@@ -109,7 +109,7 @@ class TileRun {
       sums[window.pixel] += sum_all(join(high, low));
     }
     finish16(_mm256_load_si256(reinterpret_cast<const __m256i*>(sums.data())),
-             _mm256_load_si256(reinterpret_cast<const __m256i*>(sums.data() + 8)), out);
+             _mm256_load_si256(reinterpret_cast<const __m256i*>(sums.data() + 8)), block.bits, out);
   }
 
  private:
@@ -137,9 +137,9 @@ class TileRun {
     return _mm_cvtsi128_si32(_mm_add_epi32(four, _mm_shuffle_epi32(four, 0xb1)));
   }
 
-  static void finish16(__m256i first, __m256i second, std::uint8_t* out) {
-    const __m256i half = _mm256_set1_epi32(1 << (kBits16 - 1));
-    store_pixels(_mm256_add_epi32(first, half), _mm256_add_epi32(second, half), kBits16, out);
+  static void finish16(__m256i first, __m256i second, int bits, std::uint8_t* out) {
+    const __m256i half = _mm256_set1_epi32(1 << (bits - 1));
+    store_pixels(_mm256_add_epi32(first, half), _mm256_add_epi32(second, half), bits, out);
   }
 
   const WarpTable& table_;

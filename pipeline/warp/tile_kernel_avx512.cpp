@@ -112,9 +112,9 @@ class TileRun {
         index = _mm512_add_epi8(index, next_row);
       }
     }
-    finish16(high.c0, low.c0, 0, at);
-    finish16(high.c1, low.c1, 1, at);
-    finish16(high.c2, low.c2, 2, at);
+    finish16(high.c0, low.c0, block.bits, 0, at);
+    finish16(high.c1, low.c1, block.bits, 1, at);
+    finish16(high.c2, low.c2, block.bits, 2, at);
   }
 
   void wide16(const Block& block, int at) const {
@@ -141,7 +141,7 @@ class TileRun {
       sums[2][pixel] = _mm512_reduce_add_epi32(join(high.c2, low.c2));
     }
     for (int channel = 0; channel < 3; ++channel) {
-      finish16(_mm512_setzero_si512(), _mm512_load_si512(sums[channel].data()), channel, at);
+      finish16(_mm512_setzero_si512(), _mm512_load_si512(sums[channel].data()), block.bits, channel, at);
     }
   }
 
@@ -152,9 +152,9 @@ class TileRun {
  private:
   static __m512i join(__m512i high, __m512i low) { return _mm512_add_epi32(_mm512_slli_epi32(high, 7), low); }
 
-  void finish16(__m512i high, __m512i low, int channel, int at) const {
-    const __m512i rounded =
-        _mm512_srai_epi32(_mm512_add_epi32(join(high, low), _mm512_set1_epi32(1 << (kBits16 - 1))), kBits16);
+  void finish16(__m512i high, __m512i low, int bits, int channel, int at) const {
+    const __m512i rounded = _mm512_sra_epi32(
+        _mm512_add_epi32(join(high, low), _mm512_set1_epi32(1 << (bits - 1))), _mm_cvtsi32_si128(bits));
     const __m512i positive = _mm512_max_epi32(rounded, _mm512_setzero_si512());
     store(_mm512_cvtusepi32_epi8(positive), pixels_.channel[channel].data() + at);
   }

@@ -10,12 +10,13 @@
 //              row: 16 pixels in order, 4 weights each.
 //   kNarrow16  The same with two bytes a weight, w = 128 high + low, in two lines a patch row (all high
 //   bytes, then
-//              all low ones); the weights of a pixel sum to 2^13.
+//              all low ones); the weights of a pixel sum to 2^13, or 2^12 where the block has negative ones.
 //   kWide16    The window belongs to one pixel, which sums all of it: two lines of 64 weights, row by row.
 //
 // Ranges. kNarrow8: weights 0..255, two neighbours in a row at most 256 together. Kernels use t' = t - 128 in
 // [-128, 127] as the signed factor, so that a pair of products lies in [-2^15, 2^15 - 2^8], which fits 16
-// bits with sign; a sum of all lies within 2^17. kNarrow16, kWide16: |w| <= 2^13, high and low in [-64, 64];
+// bits with sign; a sum of all lies within 2^17. kNarrow16, kWide16: |w| <= 2^13 (with a sum of 2^12 real
+// weights may reach 2), high and low in [-64, 64];
 // a pair of products with unsigned texels is at most 2 * 64 * 255 = 32,640; the sums over a footprint of n
 // texels stay below 64 * 255 * n, in 32 bits for n < 131,072; the builder refuses more.
 // SPDX-License-Identifier: MIT
@@ -40,7 +41,8 @@ inline constexpr int kPatchWidth = 4;  // texels
 inline constexpr int kLeastBits8 = 8;  // weights of a kNarrow8 pixel sum to 2^8 ...
 inline constexpr int kMostBits8 = 10;  // ... to 2^10
 inline constexpr int kMostPair8 = 256;
-inline constexpr int kBits16 = 13;  // weights of the other kinds sum to 2^13
+inline constexpr int kBits16 = 13;        // weights of the other kinds sum to 2^13 ...
+inline constexpr int kBitsSigned16 = 12;  // ... or, in a block with negative ones, to 2^12
 inline constexpr int kMostTaps = 131071;
 
 enum class BlockKind : std::uint8_t { kEmpty, kNarrow8, kNarrow16, kWide16 };
