@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "pipeline/warp/footprint.h"
+#include "pipeline/warp/tap.h"
 
 namespace cupola {
 
