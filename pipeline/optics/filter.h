@@ -61,8 +61,8 @@ inline double smallest_axis(const FilterSettings& filter) {
 }
 
 // Negative lobes can outweigh the rest where a footprint is cut off by the edge of all views. A footprint
-// whose weights sum to less than this share of their absolute values drops the negative ones, so no
-// normalised weight leaves [-2, 2].
-inline constexpr double kLeastSignedShare = 0.5;
+// whose weights sum to less than this share of their absolute values drops the negative ones, so that no
+// normalised weight leaves [-1, 2].
+inline constexpr double kLeastSignedShare = 1.0 / 3.0;
 
 }  // namespace cupola

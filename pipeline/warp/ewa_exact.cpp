@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "pipeline/warp/optimal_exact.h"
+
 namespace cupola {
 namespace {
 
@@ -80,6 +82,12 @@ struct SignedSum {
   }
 };
 
+std::array<double, 3> weighted(const std::vector<Tap>& taps, std::span<const Image> faces) {
+  WeightedSum sum;
+  for (const Tap& tap : taps) sum.add(tap.weight, faces[tap.view], tap.x, tap.y);
+  return sum.den > 0.0 ? sum.mean() : std::array<double, 3>{};
+}
+
 double jinc(double s) {
   const double x = std::numbers::pi * s;
   return x < 1e-6 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, x) / x;
@@ -136,6 +144,9 @@ std::array<double, 3> ewa_exact(const Rig& rig, std::span<const Image> faces, in
   if (!project(view, looking.direction, at)) return {};
 
   const FilterSettings& filter = rig.filter;
+  if (filter.kernel == Kernel::kOptimal) {
+    return weighted(optimal_exact(rig, home, looking, at), faces);
+  }
   const Jacobian j = raise_singular_values({glm::dot(at.du, looking.d_da), glm::dot(at.du, looking.d_db),
                                             glm::dot(at.dv, looking.d_da), glm::dot(at.dv, looking.d_db)},
                                            smallest_axis(filter));
@@ -184,12 +195,24 @@ std::array<double, 3> ewa_exact(const Rig& rig, std::span<const Image> faces, in
   return sum.mean();
 }
 
+UnroundedFilter::UnroundedFilter(const Rig& rig) : rig_(rig) {
+  if (rig.filter.kernel == Kernel::kOptimal) gatherer_ = std::make_unique<FootprintGatherer>(rig);
+}
+
+std::array<double, 3> UnroundedFilter::operator()(std::span<const Image> faces, int x, int y) const {
+  if (!gatherer_) return ewa_exact(rig_, faces, x, y);
+  std::vector<Tap> taps;
+  gatherer_->gather(x, y, taps);
+  return weighted(taps, faces);
+}
+
 std::vector<double> ewa_exact_frame(const Rig& rig, std::span<const Image> faces, WorkerPool& pool) {
   const auto width = static_cast<std::size_t>(rig.frame.size.width);
+  const UnroundedFilter filter(rig);
   std::vector<double> frame(width * static_cast<std::size_t>(rig.frame.size.height) * 3);
   pool.run(rig.frame.size.height, [&](int y) {
     for (std::size_t x = 0; x < width; ++x) {
-      const std::array<double, 3> rgb = ewa_exact(rig, faces, static_cast<int>(x), y);
+      const std::array<double, 3> rgb = filter(faces, static_cast<int>(x), y);
       std::copy(rgb.begin(), rgb.end(), frame.begin() + static_cast<std::ptrdiff_t>((y * width + x) * 3));
     }
   });

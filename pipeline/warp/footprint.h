@@ -25,7 +25,7 @@ class FootprintGatherer {
   explicit FootprintGatherer(const Rig& rig);  // borrowed
 
   // Fills `taps` with the footprint of pixel (x, y); the weights, some of which may be
-  // negative with other kernels than the Gaussian, lie in [-2, 2] and sum to 1.
+  // negative with other kernels than the Gaussian, lie in [-1, 2] and sum to 1.
   Footprint gather(int x, int y, std::vector<Tap>& taps) const;
 
  private:
