@@ -37,23 +37,6 @@ double cpu_milliseconds(const std::function<void()>& work) {
   return milliseconds(thread_cpu_time() - begin);
 }
 
-// The paper's frame shape, 1966 x 1436, scaled to a circle of any diameter.
-Rig paper_shape(int circle, int face) {
-  Rig rig;
-  rig.frame.size = {circle, (circle * 1436 + 983) / 1966};
-  rig.frame.center = {circle / 2.0, circle / 2.0};
-  rig.frame.radius = circle / 2.0;
-  rig.frame.lens = omnimax_c430();
-  for (const char* name : {"front", "left", "right", "top"}) {
-    View view;
-    view.name = name;
-    named_pose(name, view);
-    view.size = {face, face};
-    rig.views.push_back(view);
-  }
-  return rig;
-}
-
 // A generated world's faces, kept in memory.
 struct WorldFaces {
   std::unique_ptr<GeneratedSource> source;
@@ -100,6 +83,22 @@ struct Lap {
 };
 
 }  // namespace
+
+Rig paper_shape(int circle, int face) {
+  Rig rig;
+  rig.frame.size = {circle, (circle * 1436 + 983) / 1966};
+  rig.frame.center = {circle / 2.0, circle / 2.0};
+  rig.frame.radius = circle / 2.0;
+  rig.frame.lens = omnimax_c430();
+  for (const char* name : {"front", "left", "right", "top"}) {
+    View view;
+    view.name = name;
+    named_pose(name, view);
+    view.size = {face, face};
+    rig.views.push_back(view);
+  }
+  return rig;
+}
 
 std::vector<Contender> usual_contenders() {
   const auto gaussian = [](double alpha, double radius, double rec) {
@@ -173,7 +172,7 @@ Speed measure_speed(const Rig& rig, int rounds, bool with_error, WorkerPool& poo
       {{"memcpy of the frame", 0, 0, 0, -1, -1},
        [&] { std::memcpy(copy.pixels().planes[0].data, frame.pixels().planes[0].data, frame.bytes()); },
        {}});
-  const std::unique_ptr<Peer> peer = make_peer(rig, faces, pool);
+  const std::unique_ptr<Peer> peer = make_peer(rig, faces, PeerFilter::kBilinear, pool);
   if (peer) laps.push_back({{peer->name(), 0, 0, 0, -1, -1}, [&] { peer->warp(); }, {}});
 
   std::vector<std::unique_ptr<WarpTable>> tables;

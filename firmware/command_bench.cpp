@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "firmware/bench_stars.h"
 #include "firmware/bench_warp.h"
 #include "firmware/command.h"
 #include "firmware/show.h"
@@ -29,8 +30,8 @@ class BenchCommand final : public Command {
         .add_option("--circle", circle_, "Diameter of the quality frames, pixels")
         ->check(CLI::Range(64, 4096));
     options()
-        .add_option("--only", only_, "Leave the other part out")
-        ->check(CLI::IsMember({"speed", "quality"}));
+        .add_option("--only", only_, "Leave the other parts out")
+        ->check(CLI::IsMember({"speed", "quality", "stars"}));
     options().add_option("--json", json_, "Write the figures too")->type_name("FILE");
   }
 
@@ -39,6 +40,7 @@ class BenchCommand final : public Command {
  private:
   nlohmann::json report_speed(WorkerPool& pool) const;
   nlohmann::json report_quality(WorkerPool& pool) const;
+  nlohmann::json report_stars(WorkerPool& pool) const;
 
   std::string what_;
   std::string rig_ = "omnimax";
@@ -105,11 +107,28 @@ nlohmann::json BenchCommand::report_quality(WorkerPool& pool) const {
   return rows;
 }
 
+nlohmann::json BenchCommand::report_stars(WorkerPool& pool) const {
+  fmt::print("Energy of one-texel stars that drift in steps of 0.1 pixels, circle of {} pixels\n", circle_);
+  fmt::print("{:<46} {:>7} {:>15} {:>12}\n", "", "ground", "mean variation", "worst swing");
+  nlohmann::json rows = nlohmann::json::array();
+  for (const StarRow& row : measure_stars(star_contenders(), circle_, pool)) {
+    fmt::print("{:<46} {:>5} % {:>13.2f} % {:>10.1f} %\n", row.contender, row.ground,
+               100 * row.mean_variation, 100 * row.worst_swing);
+    rows.push_back({{"name", row.contender},
+                    {"ground_percent", row.ground},
+                    {"mean_variation", row.mean_variation},
+                    {"worst_swing", row.worst_swing}});
+  }
+  return rows;
+}
+
 int BenchCommand::run() {
   WorkerPool pool(threads());
   nlohmann::json figures;
-  if (only_ != "quality") figures["speed"] = report_speed(pool);
-  if (only_ != "speed") figures["quality"] = report_quality(pool);
+  const auto wanted = [&](std::string_view part) { return only_.empty() || only_ == part; };
+  if (wanted("speed")) figures["speed"] = report_speed(pool);
+  if (wanted("quality")) figures["quality"] = report_quality(pool);
+  if (wanted("stars")) figures["stars"] = report_stars(pool);
   if (!json_.empty()) {
     AtomicFile file(json_);
     file.write(figures.dump(2) + "\n");
