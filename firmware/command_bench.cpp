@@ -4,11 +4,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "firmware/bench_prior.h"
 #include "firmware/bench_stars.h"
 #include "firmware/bench_warp.h"
 #include "firmware/command.h"
 #include "firmware/show.h"
 #include "pipeline/frame/atomic_file.h"
+#include "pipeline/frame/error.h"
 
 namespace cupola {
 namespace {
@@ -19,8 +21,15 @@ class BenchCommand final : public Command {
       : Command(program, "bench", "Measure time and error",
                 "  cupola bench warp\n"
                 "  cupola bench warp --rig domemaster-4k-5 --face-size 2048 --only speed\n"
-                "  cupola bench warp --json figures.json\n") {
-    options().add_option("what", what_, "What to measure")->required()->check(CLI::IsMember({"warp"}));
+                "  cupola bench warp --json figures.json\n"
+                "  cupola bench prior PANORAMA.png ...\n") {
+    options()
+        .add_option("what", what_, "What to measure")
+        ->required()
+        ->check(CLI::IsMember({"warp", "prior"}));
+    options()
+        .add_option("photographs", photographs_, "prior: PNG, JPEG or TIFF files")
+        ->check(CLI::ExistingFile);
     options().add_option("--rig", rig_, "The rig whose speed is measured")->type_name("FILE");
     options()
         .add_option("--face-size", face_size_, "Sides of its faces, texels")
@@ -41,8 +50,10 @@ class BenchCommand final : public Command {
   nlohmann::json report_speed(WorkerPool& pool) const;
   nlohmann::json report_quality(WorkerPool& pool) const;
   nlohmann::json report_stars(WorkerPool& pool) const;
+  nlohmann::json report_prior() const;
 
   std::string what_;
+  std::vector<std::filesystem::path> photographs_;
   std::string rig_ = "omnimax";
   int face_size_ = 1024;
   int rounds_ = 25;
@@ -122,10 +133,26 @@ nlohmann::json BenchCommand::report_stars(WorkerPool& pool) const {
   return rows;
 }
 
+nlohmann::json BenchCommand::report_prior() const {
+  if (photographs_.empty()) throw InputError("bench prior: expected photographs to fit to");
+  const PriorFit fit = fit_prior(photographs_);
+  fmt::print("{} photographs: exponent {:.2f}\n{:>8} {:>9} {:>7}\n", photographs_.size(), fit.exponent,
+             "distance", "measured", "fitted");
+  nlohmann::json rows = nlohmann::json::array();
+  for (const Unlikeness& at : fit.distances) {
+    fmt::print("{:>8} {:>9.2f} {:>7.2f}\n", at.distance, at.measured, at.fitted);
+    rows.push_back({{"distance", at.distance}, {"measured", at.measured}, {"fitted", at.fitted}});
+  }
+  return {{"exponent", fit.exponent}, {"distances", rows}};
+}
+
 int BenchCommand::run() {
   WorkerPool pool(threads());
   nlohmann::json figures;
-  const auto wanted = [&](std::string_view part) { return only_.empty() || only_ == part; };
+  const auto wanted = [&](std::string_view part) {
+    return what_ == "warp" && (only_.empty() || only_ == part);
+  };
+  if (what_ == "prior") figures["prior"] = report_prior();
   if (wanted("speed")) figures["speed"] = report_speed(pool);
   if (wanted("quality")) figures["quality"] = report_quality(pool);
   if (wanted("stars")) figures["stars"] = report_stars(pool);
