@@ -2,6 +2,7 @@
 // function. SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
 #include <random>
 
@@ -96,8 +97,9 @@ TEST(WarpTableOf, EveryGeometryKeepsItsPromises) {
   for (int i = 0; i < 40; ++i) {
     const auto side = [&](int most) { return std::uniform_int_distribution<>(1, most)(random); };
     Rig rig = test::omnimax_rig({side(200), side(200)}, side(300), {side(300), side(300)}, kAllNames);
-    if (i % 4 == 3) {
-      rig.filter = i % 8 == 3 ? robidoux_filter() : jinc_filter();
+    if (i % 3 == 2) {
+      const std::array<FilterSettings, 3> lobed = {robidoux_filter(), jinc_filter(), optimal_filter()};
+      rig.filter = lobed[static_cast<std::size_t>(i) / 3 % 3];
     } else {
       rig.filter.radius = std::uniform_real_distribution<>(0.5, 2.5)(random);
       rig.filter.rec = i % 3 == 0 ? 1.0 : 0.0;
