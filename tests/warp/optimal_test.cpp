@@ -187,6 +187,73 @@ TEST_F(LeastSquaresOf, APixelOfOneTexelNeedFourByFourHoweverItIsTurned) {
   EXPECT_EQ(LeastSquares::side_for(LeastSquares::kMostExtent), 12);
 }
 
+// Mean over a parallelogram of what lies beyond a line with the unit normal n.
+double beyond(const PixelArea& area, const Vec2& n, double offset) {
+  constexpr int kPoints = 24;
+  int count = 0;
+  for (int j = 0; j < kPoints; ++j) {
+    for (int i = 0; i < kPoints; ++i) {
+      const double a = (i + 0.5) / kPoints - 0.5;
+      const double b = (j + 0.5) / kPoints - 0.5;
+      const Vec2 p{area.u + area.ux * a + area.uy * b, area.v + area.vx * a + area.vy * b};
+      count += glm::dot(p, n) > offset ? 1 : 0;
+    }
+  }
+  return static_cast<double>(count) / (kPoints * kPoints);
+}
+
+// The figures of docs/performance.md; `side`: texels a pixel.
+struct AtEdges {
+  double overshoot = 0.0;
+  double psnr_db = 0.0;
+};
+AtEdges at_edges(double noise, double side) {
+  const LeastSquares solver(noise);
+  std::mt19937 random(1);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<>(low, high)(random);
+  };
+  AtEdges edges;
+  double squares = 0.0;
+  constexpr int kEdges = 1500;
+  for (int i = 0; i < kEdges; ++i) {
+    const double turn = uniform(0.0, 6.28);
+    const double u = 50.0 + uniform(0.0, 1.0);
+    const double v = 50.0 + uniform(0.0, 1.0);
+    const PixelArea area{
+        u, v, side * std::cos(turn), -side * std::sin(turn), side * std::sin(turn), side * std::cos(turn)};
+    const Solved solved = solve(solver, area);
+    const double angle = uniform(0.0, 6.28);
+    const Vec2 n{std::cos(angle), std::sin(angle)};
+    const double offset = glm::dot(Vec2{u, v}, n) + uniform(-2.0, 2.0) * side;
+    double value = 0.0;
+    for (std::size_t k = 0; k < solved.weights.size(); ++k) {
+      const int column = static_cast<int>(k) % solved.window.width;
+      const int row = static_cast<int>(k) / solved.window.width;
+      value += solved.weights[k] *
+               beyond({solved.window.x + column + 0.5, solved.window.y + row + 0.5, 1, 0, 0, 1}, n, offset);
+    }
+    edges.overshoot = std::max({edges.overshoot, value - 1.0, -value});
+    squares += (value - beyond(area, n, offset)) * (value - beyond(area, n, offset));
+  }
+  edges.psnr_db = -10.0 * std::log10(squares / kEdges);
+  return edges;
+}
+
+TEST(LeastSquaresAt, HardEdgesOvershootByATenthAtMostAndLessWithMoreNoise) {
+  for (const double side : {1.0, 2.0}) {
+    AtEdges sharper{1.0, 100.0};
+    for (const double noise : {1e-4, 1e-3, 1e-2}) {
+      const AtEdges edges = at_edges(noise, side);
+      EXPECT_LT(edges.overshoot, side == 1.0 ? 0.105 : 0.035) << noise;
+      EXPECT_LT(edges.overshoot, sharper.overshoot) << noise;
+      EXPECT_GT(edges.psnr_db, side == 1.0 ? 23.5 : 36.0) << noise;
+      EXPECT_LT(edges.psnr_db, sharper.psnr_db + 0.05) << noise;
+      sharper = edges;
+    }
+  }
+}
+
 // Moving a pixel by a thousandth of a texel moves its weights little, also where the window jumps by a texel.
 TEST_F(LeastSquaresOf, NeighbouringPhasesAreNeighbours) {
   for (const double side : {0.2, 0.7, 1.0, 1.2}) {
