@@ -78,8 +78,13 @@ class Energies {
   void summarise(StarRow& row) const {
     double sum = 0.0;
     int stars = 0;
+    int never_lit = 0;
     for (std::size_t i = 0; i < energy_.size(); ++i) {
       if (!whole_[i] || !seen_[i]) continue;
+      if (std::ranges::none_of(energy_[i], [](double energy) { return energy > 0.0; })) {
+        ++never_lit;
+        continue;
+      }
       const std::array<double, kSteps> flicker = without_trend(energy_[i]);
       double squares = 0.0;
       for (const double change : flicker) squares += change * change / kSteps;
@@ -89,6 +94,7 @@ class Energies {
       ++stars;
     }
     row.mean_variation = stars > 0 ? sum / stars : 0.0;
+    row.never_lit = never_lit;
   }
 
  private:
@@ -145,7 +151,7 @@ Rig moved(Rig rig, int step) {
 StarRow peer_row(const Rig& rig, PeerFilter filter, int ground, WorkerPool& pool) {
   const std::vector<ImageBuffer> faces = star_faces(rig, ground / 100.0, PixelFormat::kRgbPlanar8);
   const std::vector<Image> images = images_of(faces);
-  StarRow row{"", ground, 0.0, 0.0};
+  StarRow row{"", ground, 0.0, 0.0, 0};
   Energies energies(rig);
   for (int step = 0; step < kSteps; ++step) {
     const Rig at = moved(rig, step);
@@ -188,7 +194,7 @@ std::vector<StarRow> measure_stars(const std::vector<Contender>& contenders, int
     const std::vector<Image> images = images_of(faces);
     ImageBuffer frame(PixelFormat::kRgbPlanar16, shape.frame.size);
     for (const Contender& contender : contenders) {
-      StarRow row{contender.name, ground, 0.0, 0.0};
+      StarRow row{contender.name, ground, 0.0, 0.0, 0};
       Energies energies(shape);
       for (int step = 0; step < kSteps; ++step) {
         Rig rig = moved(shape, step);

@@ -17,6 +17,7 @@ struct StarRow {
   int ground = 0;               // per cent; on black, what would be darker than black is cut off
   double mean_variation = 0.0;  // standard deviation over mean of a star's energy, averaged over stars
   double worst_swing = 0.0;     // largest less smallest energy over mean, of the worst star
+  int never_lit = 0;            // stars that fell between all pixels, in neither of these
 };
 
 // Faces of circle * 512 / 983 texels a side; a row for every contender and ground, with the peers' at the end
