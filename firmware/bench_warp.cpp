@@ -37,23 +37,6 @@ double cpu_milliseconds(const std::function<void()>& work) {
   return milliseconds(thread_cpu_time() - begin);
 }
 
-// The paper's frame shape, 1966 x 1436, scaled to a circle of any diameter.
-Rig paper_shape(int circle, int face) {
-  Rig rig;
-  rig.frame.size = {circle, (circle * 1436 + 983) / 1966};
-  rig.frame.center = {circle / 2.0, circle / 2.0};
-  rig.frame.radius = circle / 2.0;
-  rig.frame.lens = omnimax_c430();
-  for (const char* name : {"front", "left", "right", "top"}) {
-    View view;
-    view.name = name;
-    named_pose(name, view);
-    view.size = {face, face};
-    rig.views.push_back(view);
-  }
-  return rig;
-}
-
 // A generated world's faces, kept in memory.
 struct WorldFaces {
   std::unique_ptr<GeneratedSource> source;
@@ -101,6 +84,22 @@ struct Lap {
 
 }  // namespace
 
+Rig paper_shape(int circle, int face) {
+  Rig rig;
+  rig.frame.size = {circle, (circle * 1436 + 983) / 1966};
+  rig.frame.center = {circle / 2.0, circle / 2.0};
+  rig.frame.radius = circle / 2.0;
+  rig.frame.lens = omnimax_c430();
+  for (const char* name : {"front", "left", "right", "top"}) {
+    View view;
+    view.name = name;
+    named_pose(name, view);
+    view.size = {face, face};
+    rig.views.push_back(view);
+  }
+  return rig;
+}
+
 std::vector<Contender> usual_contenders() {
   const auto gaussian = [](double alpha, double radius, double rec) {
     return FilterSettings{Kernel::kGaussian, alpha, radius, rec, TableForm::kFast};
@@ -115,6 +114,12 @@ std::vector<Contender> usual_contenders() {
           {"ewa a6 r1 rec 0.75", Method::kEwa, gaussian(6, 1, 0.75)},
           {"ewa a6 r1 rec 1", Method::kEwa, gaussian(6, 1, 1)},
           {"ewa a8 r1 rec 1", Method::kEwa, gaussian(8, 1, 1)},
+          {"ewa robidoux", Method::kEwa, robidoux_filter()},
+          {"ewa jinc", Method::kEwa, jinc_filter()},
+          {"optimal 0.0001", Method::kEwa, optimal_filter(0.0001)},
+          {"optimal 0.001", Method::kEwa, optimal_filter(0.001)},
+          {"optimal 0.003", Method::kEwa, optimal_filter(0.003)},
+          {"optimal 0.01", Method::kEwa, optimal_filter(0.01)},
           {"ewa-scan", Method::kEwaScan, {}},
           {"ewa-scan-integer", Method::kEwaScanInteger, {}},
           {"ewa-pyramid", Method::kEwaPyramid, {}},
@@ -171,7 +176,7 @@ Speed measure_speed(const Rig& rig, int rounds, bool with_error, WorkerPool& poo
       {{"memcpy of the frame", 0, 0, 0, -1, -1},
        [&] { std::memcpy(copy.pixels().planes[0].data, frame.pixels().planes[0].data, frame.bytes()); },
        {}});
-  const std::unique_ptr<Peer> peer = make_peer(rig, faces, pool);
+  const std::unique_ptr<Peer> peer = make_peer(rig, faces, PeerFilter::kBilinear, pool);
   if (peer) laps.push_back({{peer->name(), 0, 0, 0, -1, -1}, [&] { peer->warp(); }, {}});
 
   std::vector<std::unique_ptr<WarpTable>> tables;

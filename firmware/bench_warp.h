@@ -12,6 +12,9 @@
 
 namespace cupola {
 
+// The paper's frame, 1966 x 1436, scaled to a circle of any diameter, with four faces.
+Rig paper_shape(int circle, int face);
+
 // A way to make a frame: a method, and for the EWA family its filter.
 struct Contender {
   std::string name;

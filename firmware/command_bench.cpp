@@ -4,10 +4,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "firmware/bench_prior.h"
+#include "firmware/bench_stars.h"
 #include "firmware/bench_warp.h"
 #include "firmware/command.h"
 #include "firmware/show.h"
 #include "pipeline/frame/atomic_file.h"
+#include "pipeline/frame/error.h"
 
 namespace cupola {
 namespace {
@@ -18,8 +21,15 @@ class BenchCommand final : public Command {
       : Command(program, "bench", "Measure time and error",
                 "  cupola bench warp\n"
                 "  cupola bench warp --rig domemaster-4k-5 --face-size 2048 --only speed\n"
-                "  cupola bench warp --json figures.json\n") {
-    options().add_option("what", what_, "What to measure")->required()->check(CLI::IsMember({"warp"}));
+                "  cupola bench warp --json figures.json\n"
+                "  cupola bench prior PANORAMA.png ...\n") {
+    options()
+        .add_option("what", what_, "What to measure")
+        ->required()
+        ->check(CLI::IsMember({"warp", "prior"}));
+    options()
+        .add_option("photographs", photographs_, "prior: PNG, JPEG or TIFF files")
+        ->check(CLI::ExistingFile);
     options().add_option("--rig", rig_, "The rig whose speed is measured")->type_name("FILE");
     options()
         .add_option("--face-size", face_size_, "Sides of its faces, texels")
@@ -29,8 +39,8 @@ class BenchCommand final : public Command {
         .add_option("--circle", circle_, "Diameter of the quality frames, pixels")
         ->check(CLI::Range(64, 4096));
     options()
-        .add_option("--only", only_, "Leave the other part out")
-        ->check(CLI::IsMember({"speed", "quality"}));
+        .add_option("--only", only_, "Leave the other parts out")
+        ->check(CLI::IsMember({"speed", "quality", "stars"}));
     options().add_option("--json", json_, "Write the figures too")->type_name("FILE");
   }
 
@@ -39,8 +49,11 @@ class BenchCommand final : public Command {
  private:
   nlohmann::json report_speed(WorkerPool& pool) const;
   nlohmann::json report_quality(WorkerPool& pool) const;
+  nlohmann::json report_stars(WorkerPool& pool) const;
+  nlohmann::json report_prior() const;
 
   std::string what_;
+  std::vector<std::filesystem::path> photographs_;
   std::string rig_ = "omnimax";
   int face_size_ = 1024;
   int rounds_ = 25;
@@ -105,11 +118,44 @@ nlohmann::json BenchCommand::report_quality(WorkerPool& pool) const {
   return rows;
 }
 
+nlohmann::json BenchCommand::report_stars(WorkerPool& pool) const {
+  fmt::print("Energy of one-texel stars that drift in steps of 0.1 pixels, circle of {} pixels\n", circle_);
+  fmt::print("{:<46} {:>7} {:>15} {:>12}\n", "", "ground", "mean variation", "worst swing");
+  nlohmann::json rows = nlohmann::json::array();
+  for (const StarRow& row : measure_stars(star_contenders(), circle_, pool)) {
+    fmt::print("{:<46} {:>5} % {:>13.2f} % {:>10.1f} %\n", row.contender, row.ground,
+               100 * row.mean_variation, 100 * row.worst_swing);
+    rows.push_back({{"name", row.contender},
+                    {"ground_percent", row.ground},
+                    {"mean_variation", row.mean_variation},
+                    {"worst_swing", row.worst_swing}});
+  }
+  return rows;
+}
+
+nlohmann::json BenchCommand::report_prior() const {
+  if (photographs_.empty()) throw InputError("bench prior: expected photographs to fit to");
+  const PriorFit fit = fit_prior(photographs_);
+  fmt::print("{} photographs: exponent {:.2f}\n{:>8} {:>9} {:>7}\n", photographs_.size(), fit.exponent,
+             "distance", "measured", "fitted");
+  nlohmann::json rows = nlohmann::json::array();
+  for (const Unlikeness& at : fit.distances) {
+    fmt::print("{:>8} {:>9.2f} {:>7.2f}\n", at.distance, at.measured, at.fitted);
+    rows.push_back({{"distance", at.distance}, {"measured", at.measured}, {"fitted", at.fitted}});
+  }
+  return {{"exponent", fit.exponent}, {"distances", rows}};
+}
+
 int BenchCommand::run() {
   WorkerPool pool(threads());
   nlohmann::json figures;
-  if (only_ != "quality") figures["speed"] = report_speed(pool);
-  if (only_ != "speed") figures["quality"] = report_quality(pool);
+  const auto wanted = [&](std::string_view part) {
+    return what_ == "warp" && (only_.empty() || only_ == part);
+  };
+  if (what_ == "prior") figures["prior"] = report_prior();
+  if (wanted("speed")) figures["speed"] = report_speed(pool);
+  if (wanted("quality")) figures["quality"] = report_quality(pool);
+  if (wanted("stars")) figures["stars"] = report_stars(pool);
   if (!json_.empty()) {
     AtomicFile file(json_);
     file.write(figures.dump(2) + "\n");

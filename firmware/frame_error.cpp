@@ -17,7 +17,8 @@ FrameError frame_error(const FrameMap& map, const Image& frame, const std::vecto
       if (map.at(x, y) >= FrameMap::kUncovered) continue;
       for (int channel = 0; channel < 3; ++channel) {
         const auto at = (static_cast<std::size_t>(y) * map.size.width + x) * 3 + channel;
-        const double steps = std::abs(frame.samples<std::uint8_t>(channel, y)[x] - exact[at]);
+        const double steps =
+            std::abs(frame.samples<std::uint8_t>(channel, y)[x] - std::clamp(exact[at], 0.0, 255.0));
         squares += steps * steps;
         error.max = std::max(error.max, steps);
         ++count;

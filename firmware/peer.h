@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -12,7 +13,10 @@
 
 namespace cupola {
 
-// OpenCV's remap, INTER_LINEAR with fixed-point CV_16SC2 maps, 8UC3, one thread, from an atlas of all faces.
+enum class PeerFilter : std::uint8_t { kBilinear, kLanczos4 };
+
+// OpenCV's remap, INTER_LINEAR or INTER_LANCZOS4 with fixed-point CV_16SC2 maps, 8UC3, one thread, from an
+// atlas of all faces.
 class Peer {
  public:
   virtual ~Peer() = default;
@@ -22,6 +26,7 @@ class Peer {
 };
 
 // Null when this program was built without OpenCV. `faces` are copied.
-std::unique_ptr<Peer> make_peer(const Rig& rig, std::span<const Image> faces, WorkerPool& pool);
+std::unique_ptr<Peer> make_peer(const Rig& rig, std::span<const Image> faces, PeerFilter filter,
+                                WorkerPool& pool);
 
 }  // namespace cupola

@@ -4,7 +4,7 @@
 
 namespace cupola {
 
-std::unique_ptr<Peer> make_peer(const Rig&, std::span<const Image>, WorkerPool&) {
+std::unique_ptr<Peer> make_peer(const Rig&, std::span<const Image>, PeerFilter, WorkerPool&) {
   return nullptr;
 }
 

@@ -1,4 +1,4 @@
-// OpenCV's fixed-point bilinear remap over the same rays.
+// OpenCV's fixed-point remap over the same rays.
 // SPDX-License-Identifier: MIT
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -10,7 +10,8 @@ namespace {
 
 class OpencvRemap final : public Peer {
  public:
-  OpencvRemap(const Rig& rig, std::span<const Image> faces, WorkerPool& pool) {
+  OpencvRemap(const Rig& rig, std::span<const Image> faces, PeerFilter filter, WorkerPool& pool)
+      : lanczos_(filter == PeerFilter::kLanczos4) {
     cv::setNumThreads(1);
     int width = 0;
     int height = 0;
@@ -41,8 +42,14 @@ class OpencvRemap final : public Peer {
     out_.create(rig.frame.size.height, rig.frame.size.width, CV_8UC3);
   }
 
-  std::string name() const override { return "OpenCV " CV_VERSION " remap INTER_LINEAR CV_16SC2"; }
-  void warp() override { cv::remap(atlas_, out_, map_, fractions_, cv::INTER_LINEAR, cv::BORDER_CONSTANT); }
+  std::string name() const override {
+    return std::string("OpenCV " CV_VERSION " remap ") + (lanczos_ ? "INTER_LANCZOS4" : "INTER_LINEAR") +
+           " CV_16SC2";
+  }
+  void warp() override {
+    cv::remap(atlas_, out_, map_, fractions_, lanczos_ ? cv::INTER_LANCZOS4 : cv::INTER_LINEAR,
+              cv::BORDER_CONSTANT);
+  }
   Image frame() const override {
     cv::Mat header = out_;  // shares the pixels
     return borrowed(header, 0, {out_.cols, out_.rows});
@@ -55,13 +62,15 @@ class OpencvRemap final : public Peer {
     return image;
   }
 
+  bool lanczos_;
   cv::Mat atlas_, map_, fractions_, out_;
 };
 
 }  // namespace
 
-std::unique_ptr<Peer> make_peer(const Rig& rig, std::span<const Image> faces, WorkerPool& pool) {
-  return std::make_unique<OpencvRemap>(rig, faces, pool);
+std::unique_ptr<Peer> make_peer(const Rig& rig, std::span<const Image> faces, PeerFilter filter,
+                                WorkerPool& pool) {
+  return std::make_unique<OpencvRemap>(rig, faces, filter, pool);
 }
 
 }  // namespace cupola

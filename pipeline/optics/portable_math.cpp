@@ -99,4 +99,48 @@ double exponential(double x) {
   return std::ldexp(sum, static_cast<int>(n));
 }
 
+// x = 2^n m with m from sqrt(1/2) to sqrt(2); ln m = 2 artanh((m - 1) / (m + 1)), argument below 0.172.
+double logarithm(double x) {
+  constexpr double kRootHalf = 0.70710678118654752;
+  int n = 0;
+  double m = std::frexp(x, &n);
+  if (m < kRootHalf) {
+    m *= 2.0;
+    --n;
+  }
+  const double s = (m - 1.0) / (m + 1.0);
+  const double y = s * s;
+  double sum = 0.0;
+  for (int i = 23; i >= 1; i -= 2) sum = kOneOver[i] + y * sum;
+  return n * kLn2High + (n * kLn2Low + 2.0 * s * sum);
+}
+
+double power(double x, double y) {
+  return x > 0.0 ? exponential(y * logarithm(x)) : 0.0;
+}
+
+// Near 0 the power series. Beyond, Miller's downward recurrence J[n-1] = 2 n / x J[n] - J[n+1] from where J
+// is below 1e-19 of its largest, scaled by J0 + 2 (J2 + J4 + ...) = 1.
+double bessel_j1(double x) {
+  const double a = std::abs(x);
+  if (a < 1.0) {
+    const double y = x * x / 4.0;
+    double sum = 1.0;
+    for (int n = 9; n >= 1; --n) sum = 1.0 - sum * y * (kOneOver[n] * kOneOver[n + 1]);
+    return x / 2.0 * sum;
+  }
+  double above = 0.0;
+  double here = 1e-250;
+  double even = 0.0;  // J2 + J4 + ...
+  for (int n = 2 * (static_cast<int>(a + 60.0) / 2); n >= 2; --n) {
+    if (n % 2 == 0) even += here;
+    const double below = 2.0 * n / a * here - above;
+    above = here;
+    here = below;
+  }
+  const double j0 = 2.0 / a * here - above;
+  const double value = here / (j0 + 2.0 * even);
+  return x < 0.0 ? -value : value;
+}
+
 }  // namespace cupola::portable

@@ -19,6 +19,9 @@ double tangent(double radians);           // the same
 double arc_tangent2(double y, double x);  // in [-pi, pi]; 0 for (0, 0)
 double arc_sine(double x);                // x in [-1, 1]; NaN outside
 double exponential(double x);             // 0 below -700, x at most 700
+double logarithm(double x);               // natural, of a normal x > 0; absolute where the result is below 1
+double power(double x, double y);         // x >= 0, y > 0; error of y ln x, which grows with its size
+double bessel_j1(double x);               // |x| <= 100; absolute error below 1e-15
 
 constexpr double radians(double degrees) {
   return degrees * (kPi / 180.0);

@@ -88,17 +88,37 @@ FrameGeometry read_frame(SettingsTable table) {
   return frame;
 }
 
+// Numbers that a kernel has no use for are refused beside it, rather than ignored.
+void refuse_strangers(SettingsTable& table, Kernel kernel, std::string_view name) {
+  const auto only_with = [&](std::string_view key, bool right, std::string_view whose) {
+    if (!right && table.has(key)) {
+      table.refuse(key, fmt::format("expected no {} beside kernel {}: it belongs to {}", key, name, whose));
+    }
+  };
+  only_with("alpha", kernel == Kernel::kGaussian, "gaussian");
+  only_with("radius", kernel != Kernel::kOptimal, "gaussian, robidoux and jinc");
+  only_with("rec", kernel != Kernel::kOptimal, "gaussian, robidoux and jinc");
+  only_with("noise", kernel == Kernel::kOptimal, "optimal");
+}
+
 FilterSettings read_filter(SettingsTable table) {
-  FilterSettings filter;
   constexpr std::array<std::string_view, 2> kPresets = {"default", "paper"};
-  if (table.choice("preset", kPresets, 0) == 1) filter = paper_preset();
-  constexpr std::array<std::string_view, 1> kKernels = {"gaussian"};
-  filter.kernel =
-      static_cast<Kernel>(table.choice("kernel", kKernels, static_cast<std::size_t>(filter.kernel)));
+  const bool paper = table.choice("preset", kPresets, 0) == 1;
+  FilterSettings filter = paper ? paper_preset() : FilterSettings{};
+  constexpr std::array<std::string_view, 4> kKernels = {"gaussian", "robidoux", "jinc", "optimal"};
+  const std::size_t kernel = table.choice("kernel", kKernels, static_cast<std::size_t>(filter.kernel));
+  if (static_cast<Kernel>(kernel) != filter.kernel) {
+    if (paper) table.refuse("kernel", "expected gaussian, which is what preset \"paper\" means");
+    const std::array<FilterSettings, 4> own = {default_gaussian(), robidoux_filter(), jinc_filter(),
+                                               optimal_filter()};
+    filter = own[kernel];
+  }
+  refuse_strangers(table, filter.kernel, kKernels[kernel]);
   filter.alpha = table.number("alpha", 0.01, 50.0, filter.alpha);
   filter.radius = table.number("radius", 0.25, 8.0, filter.radius);
   filter.rec = table.number("rec", 0.0, 16.0, filter.rec);
-  if (filter.alpha * filter.radius * filter.radius > kFaintest) {
+  filter.noise = table.number("noise", 1e-6, 1.0, filter.noise);
+  if (filter.kernel == Kernel::kGaussian && filter.alpha * filter.radius * filter.radius > kFaintest) {
     table.refuse("alpha",
                  fmt::format("expected alpha x radius^2 of at most {}: weights at the footprint's rim vanish",
                              kFaintest));

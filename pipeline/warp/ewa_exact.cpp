@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "pipeline/warp/optimal_exact.h"
+
 namespace cupola {
 namespace {
 
@@ -60,7 +62,56 @@ struct WeightedSum {
     for (int channel = 0; channel < 3; ++channel) num[channel] += weight * texel(face, channel, x, y);
     den += weight;
   }
+  std::array<double, 3> mean() const { return {num[0] / den, num[1] / den, num[2] / den}; }
 };
+
+// Texels of positive and of negative weight apart: see kLeastSignedShare.
+struct SignedSum {
+  WeightedSum positive;
+  WeightedSum negative;
+
+  void add(double weight, const Image& face, int x, int y) {
+    (weight > 0.0 ? positive : negative).add(weight, face, x, y);
+  }
+  std::array<double, 3> mean() const {
+    if (!(positive.den > 0.0)) return {};
+    WeightedSum all = positive;
+    all.den += negative.den;
+    for (int channel = 0; channel < 3; ++channel) all.num[channel] += negative.num[channel];
+    return all.den < kLeastSignedShare * (positive.den - negative.den) ? positive.mean() : all.mean();
+  }
+};
+
+std::array<double, 3> weighted(const std::vector<Tap>& taps, std::span<const Image> faces) {
+  WeightedSum sum;
+  for (const Tap& tap : taps) sum.add(tap.weight, faces[tap.view], tap.x, tap.y);
+  return sum.den > 0.0 ? sum.mean() : std::array<double, 3>{};
+}
+
+double jinc(double s) {
+  const double x = std::numbers::pi * s;
+  return x < 1e-6 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, x) / x;
+}
+
+double kernel(const FilterSettings& filter, double q) {
+  const double s = std::sqrt(q);
+  switch (filter.kernel) {
+    case Kernel::kRobidoux: {
+      constexpr double kB = 0.37821575509399867;
+      constexpr double kC = 0.31089212245300067;
+      if (s >= 2.0) return 0.0;
+      if (s < 1.0) {
+        return 1.0 - kB / 3 - (3 - 2 * kB - kC) * s * s + (2 - 1.5 * kB - kC) * s * s * s;
+      }
+      const double t = 2.0 - s;  // the outer piece about its end
+      return (kB / 6 + kC) * t * t * t - kC * t * t;
+    }
+    case Kernel::kJinc:
+      return jinc(s) * jinc(s * 1.2196698912665045 / filter.radius);
+    default:
+      return std::exp(-filter.alpha * q);
+  }
+}
 
 // An angle around `d` within which all of the box of half sides (wide, high) about the ellipse's centre lies.
 double angle_around(const View& home, const Vec3& d, const ViewSample& at, double wide, double high) {
@@ -93,6 +144,9 @@ std::array<double, 3> ewa_exact(const Rig& rig, std::span<const Image> faces, in
   if (!project(view, looking.direction, at)) return {};
 
   const FilterSettings& filter = rig.filter;
+  if (filter.kernel == Kernel::kOptimal) {
+    return weighted(optimal_exact(rig, home, looking, at), faces);
+  }
   const Jacobian j = raise_singular_values({glm::dot(at.du, looking.d_da), glm::dot(at.du, looking.d_db),
                                             glm::dot(at.dv, looking.d_da), glm::dot(at.dv, looking.d_db)},
                                            smallest_axis(filter));
@@ -107,7 +161,7 @@ std::array<double, 3> ewa_exact(const Rig& rig, std::span<const Image> faces, in
   const double wide = filter.radius * std::sqrt(ellipse.c);
   const double high = filter.radius * std::sqrt(ellipse.a);
 
-  WeightedSum sum;
+  SignedSum sum;
   const int x0 = static_cast<int>(std::max(0.0, std::floor(at.uv.x - wide - 0.5)));
   const int x1 = static_cast<int>(std::min(view.size.width - 1.0, std::ceil(at.uv.x + wide - 0.5)));
   const int y0 = static_cast<int>(std::max(0.0, std::floor(at.uv.y - high - 0.5)));
@@ -116,7 +170,7 @@ std::array<double, 3> ewa_exact(const Rig& rig, std::span<const Image> faces, in
     for (int u = x0; u <= x1; ++u) {
       const double q = ellipse.q(u + 0.5, v + 0.5);
       if (q >= limit || owner(rig.views, direction_at(view, {u + 0.5, v + 0.5})) != home) continue;
-      sum.add(std::exp(-filter.alpha * q), faces[home], u, v);
+      sum.add(kernel(filter, q), faces[home], u, v);
     }
   }
 
@@ -134,20 +188,31 @@ std::array<double, 3> ewa_exact(const Rig& rig, std::span<const Image> faces, in
         if (q >= limit || owner(rig.views, d) != static_cast<int>(other)) continue;
         ViewSample in_own;
         project(own, d, in_own);
-        sum.add(std::exp(-filter.alpha * q) * density(in_home, d) / density(in_own, d), faces[other], u, v);
+        sum.add(kernel(filter, q) * density(in_home, d) / density(in_own, d), faces[other], u, v);
       }
     }
   }
-  if (!(sum.den > 0.0)) return {};
-  return {sum.num[0] / sum.den, sum.num[1] / sum.den, sum.num[2] / sum.den};
+  return sum.mean();
+}
+
+UnroundedFilter::UnroundedFilter(const Rig& rig) : rig_(rig) {
+  if (rig.filter.kernel == Kernel::kOptimal) gatherer_ = std::make_unique<FootprintGatherer>(rig);
+}
+
+std::array<double, 3> UnroundedFilter::operator()(std::span<const Image> faces, int x, int y) const {
+  if (!gatherer_) return ewa_exact(rig_, faces, x, y);
+  std::vector<Tap> taps;
+  gatherer_->gather(x, y, taps);
+  return weighted(taps, faces);
 }
 
 std::vector<double> ewa_exact_frame(const Rig& rig, std::span<const Image> faces, WorkerPool& pool) {
   const auto width = static_cast<std::size_t>(rig.frame.size.width);
+  const UnroundedFilter filter(rig);
   std::vector<double> frame(width * static_cast<std::size_t>(rig.frame.size.height) * 3);
   pool.run(rig.frame.size.height, [&](int y) {
     for (std::size_t x = 0; x < width; ++x) {
-      const std::array<double, 3> rgb = ewa_exact(rig, faces, static_cast<int>(x), y);
+      const std::array<double, 3> rgb = filter(faces, static_cast<int>(x), y);
       std::copy(rgb.begin(), rgb.end(), frame.begin() + static_cast<std::ptrdiff_t>((y * width + x) * 3));
     }
   });

@@ -9,7 +9,7 @@ namespace {
 
 class ExactWarp final : public FrameWarp {
  public:
-  ExactWarp(const Rig& rig, WorkerPool& pool) : rig_(rig), pool_(pool) {
+  ExactWarp(const Rig& rig, WorkerPool& pool) : rig_(rig), filter_(rig_), pool_(pool) {
     for (const View& view : rig.views) needed_.push_back(NeededRegion::all(view.size));
   }
 
@@ -21,7 +21,7 @@ class ExactWarp final : public FrameWarp {
     const double most = bytes == 2 ? 65535.0 : 255.0;
     pool_.run(rig_.frame.size.height, [&](int y) {
       for (int x = 0; x < rig_.frame.size.width; ++x) {
-        const auto rgb = ewa_exact(rig_, faces, x, y);
+        const auto rgb = filter_(faces, x, y);
         store_pixel(frame, x, y, bytes, round_sample(rgb[0], most), round_sample(rgb[1], most),
                     round_sample(rgb[2], most));
       }
@@ -30,6 +30,7 @@ class ExactWarp final : public FrameWarp {
 
  private:
   const Rig rig_;
+  const UnroundedFilter filter_;  // borrows rig_
   WorkerPool& pool_;
   std::vector<NeededRegion> needed_;
 };

@@ -6,19 +6,18 @@
 #include <cmath>
 
 #include "pipeline/optics/portable_math.h"
+#include "pipeline/warp/view_region.h"
 
 namespace cupola {
 
-// q = a U^2 + b U V + c V^2 about (u, v); the box is that of q < radius^2.
+// The box is that of q < radius^2.
 struct FootprintGatherer::Ellipse {
-  double u, v;
+  PlaneBox box;
   double a, b, c;
-  double half_width, half_height;
+  double q(double du, double dv) const { return a * du * du + b * du * dv + c * dv * dv; }
 };
 
 namespace {
-
-using Cone = portable::SineCosine;
 
 // The covariance M = J J^T of the pixel in texels, both eigenvalues at least `least`, plus rec on the
 // diagonal.
@@ -51,98 +50,51 @@ Covariance covariance(const ViewSample& at, const DirectionAndSlope& looking, co
   return m;
 }
 
-double kernel(const FilterSettings& filter, double q) {
-  return portable::exponential(-filter.alpha * q);
-}
-
 int floor_to_int(double x) {
   return static_cast<int>(std::floor(x));
 }
 
-// A cone about `direction` that holds all of the ellipse's box.
-Cone cone_of_box(const View& home, const Vec3& direction, const ViewSample& at, double wide, double high) {
-  if (home.distortion == Distortion::kNone) {
-    double least = 1.0;
-    for (const double u : {at.uv.x - wide, at.uv.x + wide}) {
-      for (const double v : {at.uv.y - high, at.uv.y + high}) {
-        least = std::min(least, glm::dot(direction, direction_at(home, {u, v})));
-      }
-    }
-    least = std::max(least, 0.001);
-    return {std::sqrt((1.0 - least) * (1.0 + least)) + 1e-8, least};
+// Makes the weights sum to 1; false and no taps where there is nothing to sum.
+bool normalise(std::vector<Tap>& taps) {
+  double sum = 0.0;
+  double size = 0.0;
+  for (const Tap& tap : taps) {
+    sum += tap.weight;
+    size += std::abs(tap.weight);
   }
-  // Texels a radian in the direction where they are fewest; the angle is doubled, since the model bends.
-  const double uu = glm::dot(at.du, at.du);
-  const double vv = glm::dot(at.dv, at.dv);
-  const double uv = glm::dot(at.du, at.dv);
-  const double half = (uu - vv) / 2;
-  const double fewest = std::sqrt(std::max(1e-12, (uu + vv) / 2 - std::sqrt(half * half + uv * uv)));
-  return portable::sine_cosine(std::min(2.0 * std::sqrt(wide * wide + high * high) / fewest, 1.57));
+  if (!(size > 0.0)) {
+    taps.clear();
+    return false;
+  }
+  if (sum < kLeastSignedShare * size) {
+    std::erase_if(taps, [](const Tap& tap) { return tap.weight <= 0.0; });
+    sum = (sum + size) / 2;
+  }
+  for (Tap& tap : taps) tap.weight /= sum;
+  return !taps.empty();
 }
 
 }  // namespace
 
-bool FootprintGatherer::owns_whole_box(int home, const Vec3& direction, const Ellipse& e,
-                                       const portable::SineCosine& cone) const {
-  const View& own = rig_.views[static_cast<std::size_t>(home)];
-  if (e.u - e.half_width < 0.0 || e.v - e.half_height < 0.0 || e.u + e.half_width > own.size.width ||
-      e.v + e.half_height > own.size.height) {
-    return false;
-  }
-  // A view is nearer than another on one side of a plane through the eye, with normal n = forward - other
-  // forward. Directions within the angle a of d reach down to d.n cos a - |n| sin a.
-  for (std::size_t i = 0; i < rig_.views.size(); ++i) {
-    if (static_cast<int>(i) == home) continue;
-    const Vec3 n = own.forward - rig_.views[i].forward;
-    if (glm::dot(direction, n) * cone.cosine - glm::length(n) * cone.sine <= 1e-9) return false;
-  }
-  return true;
-}
-
-void FootprintGatherer::gather_inside(int view, const Ellipse& e, std::vector<Tap>& taps) const {
+void FootprintGatherer::gather_inside(int view, const Ellipse& ellipse, std::vector<Tap>& taps) const {
   const double limit = rig_.filter.radius * rig_.filter.radius;
+  const PlaneBox& box = ellipse.box;
   // Centres u + 0.5 within the box.
-  const int x0 = floor_to_int(e.u - e.half_width + 0.5);
-  const int x1 = floor_to_int(e.u + e.half_width - 0.5);
-  const int y0 = floor_to_int(e.v - e.half_height + 0.5);
-  const int y1 = floor_to_int(e.v + e.half_height - 0.5);
+  const int x0 = floor_to_int(box.u - box.half_width + 0.5);
+  const int x1 = floor_to_int(box.u + box.half_width - 0.5);
+  const int y0 = floor_to_int(box.v - box.half_height + 0.5);
+  const int y1 = floor_to_int(box.v + box.half_height - 0.5);
   for (int y = y0; y <= y1; ++y) {
-    const double dv = y + 0.5 - e.v;
+    const double dv = y + 0.5 - box.v;
     for (int x = x0; x <= x1; ++x) {
-      const double du = x + 0.5 - e.u;
-      const double q = e.a * du * du + e.b * du * dv + e.c * dv * dv;
-      if (q < limit) taps.push_back({x, y, view, kernel(rig_.filter, q)});
+      const double q = ellipse.q(x + 0.5 - box.u, dv);
+      if (q < limit) taps.push_back({x, y, view, kernel_(q)});
     }
   }
 }
 
-void FootprintGatherer::gather_across_seams(int home, const Vec3& direction, const Ellipse& e, double angle,
-                                            std::vector<Tap>& taps) const {
-  const View& plane = rig_.views[static_cast<std::size_t>(home)];
-  const double limit = rig_.filter.radius * rig_.filter.radius;
-  for (std::size_t i = 0; i < rig_.views.size(); ++i) {
-    const View& own = rig_.views[i];
-    const TexelBox box = texels_near(own, direction, angle);
-    for (int y = box.y0; y < box.y1; ++y) {
-      for (int x = box.x0; x < box.x1; ++x) {
-        const Vec3 d = direction_at(own, {x + 0.5, y + 0.5});
-        ViewSample in_plane;
-        if (glm::dot(d, direction) <= 0.0 || !project(plane, d, in_plane)) continue;
-        const bool at_home = static_cast<int>(i) == home;
-        const double du = (at_home ? x + 0.5 : in_plane.uv.x) - e.u;
-        const double dv = (at_home ? y + 0.5 : in_plane.uv.y) - e.v;
-        const double q = e.a * du * du + e.b * du * dv + e.c * dv * dv;
-        if (q >= limit || owner(rig_.views, d) != static_cast<int>(i)) continue;
-        double weight = kernel(rig_.filter, q);
-        if (!at_home) {
-          ViewSample in_own;
-          project(own, d, in_own);
-          weight *= density(in_plane, d) / density(in_own, d);
-        }
-        taps.push_back({x, y, static_cast<int>(i), weight});
-      }
-    }
-  }
+FootprintGatherer::FootprintGatherer(const Rig& rig) : rig_(rig), kernel_(rig.filter) {
+  if (rig.filter.kernel == Kernel::kOptimal) optimal_ = std::make_unique<OptimalFootprint>(rig);
 }
 
 Footprint FootprintGatherer::gather(int x, int y, std::vector<Tap>& taps) const {
@@ -154,31 +106,36 @@ Footprint FootprintGatherer::gather(int x, int y, std::vector<Tap>& taps) const 
   if (home < 0 || !project(rig_.views[static_cast<std::size_t>(home)], looking.direction, at)) {
     return Footprint::kUncovered;
   }
+  if (optimal_) {
+    optimal_->gather(home, looking, at, taps);
+  } else {
+    gather_ellipse(home, looking, at, taps);
+  }
+  return normalise(taps) ? Footprint::kCovered : Footprint::kUncovered;
+}
+
+void FootprintGatherer::gather_ellipse(int home, const DirectionAndSlope& looking, const ViewSample& at,
+                                       std::vector<Tap>& taps) const {
   const Covariance m = covariance(at, looking, rig_.filter);
   const double f = m.uu * m.vv - m.uv * m.uv;
-  const Ellipse ellipse{at.uv.x,
-                        at.uv.y,
+  const double radius = rig_.filter.radius;
+  const Ellipse ellipse{{at.uv.x, at.uv.y, radius * std::sqrt(m.uu), radius * std::sqrt(m.vv)},
                         m.vv / f,
                         -2.0 * m.uv / f,
-                        m.uu / f,
-                        rig_.filter.radius * std::sqrt(m.uu),
-                        rig_.filter.radius * std::sqrt(m.vv)};
+                        m.uu / f};
+  const PlaneBox& box = ellipse.box;
   const Cone cone = cone_of_box(rig_.views[static_cast<std::size_t>(home)], looking.direction, at,
-                                ellipse.half_width, ellipse.half_height);
-  if (owns_whole_box(home, looking.direction, ellipse, cone)) {
+                                box.half_width, box.half_height);
+  if (owns_whole_box(rig_.views, home, looking.direction, box, cone)) {
     gather_inside(home, ellipse, taps);
-  } else {
-    gather_across_seams(home, looking.direction, ellipse, portable::arc_tangent2(cone.sine, cone.cosine),
-                        taps);
+    return;
   }
-  double sum = 0.0;
-  for (const Tap& tap : taps) sum += tap.weight;
-  if (!(sum > 0.0)) {
-    taps.clear();
-    return Footprint::kUncovered;
-  }
-  for (Tap& tap : taps) tap.weight /= sum;
-  return Footprint::kCovered;
+  const auto weight = [&](double du, double dv) {
+    const double q = ellipse.q(du, dv);
+    return q < radius * radius ? kernel_(q) : 0.0;
+  };
+  gather_near(rig_.views, home, looking.direction, box.u, box.v,
+              portable::arc_tangent2(cone.sine, cone.cosine), weight, taps);
 }
 
 }  // namespace cupola

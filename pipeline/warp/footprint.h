@@ -3,18 +3,15 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
-#include "pipeline/optics/portable_math.h"
 #include "pipeline/optics/rig.h"
+#include "pipeline/warp/optimal_footprint.h"
+#include "pipeline/warp/radial_kernel.h"
+#include "pipeline/warp/tap.h"
 
 namespace cupola {
-
-struct Tap {
-  int x, y;  // texel
-  int view;
-  double weight;
-};
 
 enum class Footprint : std::uint8_t {
   kOutside,    // the pixel is not in the image
@@ -25,22 +22,22 @@ enum class Footprint : std::uint8_t {
 // Gathers footprints for one rig; const after construction, so that threads may share it.
 class FootprintGatherer {
  public:
-  explicit FootprintGatherer(const Rig& rig) : rig_(rig) {}  // borrowed
+  explicit FootprintGatherer(const Rig& rig);  // borrowed
 
-  // Fills `taps` with the footprint of pixel (x, y); the weights are above 0 and sum to 1.
+  // Fills `taps` with the footprint of pixel (x, y); the weights, some of which may be
+  // negative with other kernels than the Gaussian, lie in [-1, 2] and sum to 1.
   Footprint gather(int x, int y, std::vector<Tap>& taps) const;
 
  private:
   struct Ellipse;
 
-  // Whether `home` alone feeds all directions of the ellipse's box, which lie within `cone` of `direction`.
-  bool owns_whole_box(int home, const Vec3& direction, const Ellipse& ellipse,
-                      const portable::SineCosine& cone) const;
+  void gather_ellipse(int home, const DirectionAndSlope& looking, const ViewSample& at,
+                      std::vector<Tap>& taps) const;
   void gather_inside(int view, const Ellipse& ellipse, std::vector<Tap>& taps) const;
-  void gather_across_seams(int home, const Vec3& direction, const Ellipse& ellipse, double angle,
-                           std::vector<Tap>& taps) const;
 
   const Rig& rig_;
+  RadialKernel kernel_;
+  std::unique_ptr<OptimalFootprint> optimal_;  // null for kernels of q
 };
 
 }  // namespace cupola

@@ -37,7 +37,7 @@ void by_carrying(std::span<const Tap> taps, int total, std::vector<int>& weights
   for (std::size_t i = 0; i < taps.size(); ++i) {
     sum += taps[i].weight * total;
     const int upto = i + 1 == taps.size() ? total : static_cast<int>(std::floor(sum + 0.5));
-    weights[i] = std::max(0, upto - given);
+    weights[i] = upto - given;
     given += weights[i];
   }
 }

@@ -6,14 +6,15 @@
 #include <span>
 #include <vector>
 
-#include "pipeline/warp/footprint.h"
+#include "pipeline/warp/tap.h"
 
 namespace cupola {
 
-// Integer weights for `taps` (whose weights sum to 1) that sum to exactly `total`, none above `most`. Up to
-// 64 taps by largest remainder, each within 1 of its real value; more by carrying the rounding error on from
-// tap to tap, so that wide flat footprints, whose every weight may be below 1, keep their shape. False when a
-// weight exceeds `most` by more than the one step that the next heaviest tap can take over.
+// Integer weights for `taps` (whose weights sum to 1 and may be negative) that sum to exactly `total`, none
+// above `most`. Up to 64 taps by largest remainder, each within 1 of its real value; more by carrying the
+// rounding error on from tap to tap, so that wide flat footprints, whose every weight may be below 1, keep
+// their shape. False when a weight exceeds `most` by more than the one step that the next heaviest tap can
+// take over.
 bool quantise(std::span<const Tap> taps, int total, int most, std::vector<int>& weights);
 
 }  // namespace cupola

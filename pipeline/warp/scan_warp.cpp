@@ -3,11 +3,13 @@
 // 25).
 //
 // The footprint stays within the pixel's own view: at a seam the texels that exist are normalised, as in
-// 1986. SPDX-License-Identifier: MIT
+// 1986. It knows kernels of q only: for the least-squares weights it takes the default Gaussian.
+// SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "pipeline/warp/radial_kernel.h"
 #include "pipeline/warp/sample_store.h"
 #include "pipeline/warp/slow_warp.h"
 
@@ -57,9 +59,11 @@ template <class Number>
 class ScanWarp final : public FrameWarp {
  public:
   ScanWarp(const Rig& rig, WorkerPool& pool) : rig_(rig), pool_(pool), width_(rig.frame.size.width) {
+    if (rig_.filter.kernel == Kernel::kOptimal) rig_.filter = default_gaussian();
+    const RadialKernel kernel(rig_.filter);
     for (int i = 0; i < kEntries; ++i) {
-      const double q = i * rig.filter.radius * rig.filter.radius / kEntries;
-      const double k = std::exp(-rig.filter.alpha * q);
+      const double q = i * rig_.filter.radius * rig_.filter.radius / kEntries;
+      const double k = kernel(q);
       table_[i] = std::is_integral_v<Number> ? static_cast<Weight<Number>>(std::llround(k * 65536.0))
                                              : static_cast<Weight<Number>>(k);
     }
@@ -191,17 +195,19 @@ class ScanWarp final : public FrameWarp {
     std::array<unsigned, 3> rgb{};
     for (int channel = 0; channel < 3 && den > 0; ++channel) {
       if constexpr (std::is_integral_v<Number>) {
-        rgb[channel] = static_cast<unsigned>((2 * num[channel] + den) / (2 * den));
+        const auto rounded = (2 * std::max<Weight<Number>>(num[channel], 0) + den) / (2 * den);
+        rgb[channel] =
+            static_cast<unsigned>(std::min<Weight<Number>>(rounded, static_cast<Sample>(~Sample{0})));
       } else {
         // A sum of floats may come out a little above the brightest of them.
         constexpr auto kMost = static_cast<float>(static_cast<Sample>(~Sample{0}));
-        rgb[channel] = static_cast<unsigned>(std::min(num[channel] / den + 0.5F, kMost));
+        rgb[channel] = static_cast<unsigned>(std::clamp(num[channel] / den + 0.5F, 0.0F, kMost));
       }
     }
     store_pixel(frame, x, y, sizeof(Sample), rgb[0], rgb[1], rgb[2]);
   }
 
-  const Rig rig_;
+  Rig rig_;
   WorkerPool& pool_;
   int width_;
   std::array<Weight<Number>, kEntries> table_{};

@@ -54,5 +54,28 @@ TEST_F(PortableMath, ExponentialIsRight) {
   EXPECT_EQ(exponential(-701.0), 0.0);
 }
 
+TEST_F(PortableMath, LogarithmAndPowerAreRight) {
+  for (int i = 0; i < 200000; ++i) {
+    const double x = i % 2 == 0 ? uniform(0.5, 2.0) : std::exp(uniform(-600.0, 600.0));
+    const long double truth = std::log(static_cast<long double>(x));
+    ASSERT_NEAR(logarithm(x), static_cast<double>(truth),
+                kBound * std::max(1.0, static_cast<double>(std::abs(truth))));
+    const double base = uniform(0.0, 100.0);
+    const double exponent = uniform(0.1, 3.0);
+    ASSERT_LT(relative(power(base, exponent), std::pow(static_cast<long double>(base), exponent)), 2e-14);
+  }
+  EXPECT_EQ(logarithm(1.0), 0.0);
+  EXPECT_EQ(power(0.0, 0.5), 0.0);
+}
+
+TEST_F(PortableMath, BesselJ1IsRight) {
+  for (int i = 0; i < 20000; ++i) {
+    const double x = uniform(-1.0, 1.0) * (i % 3 == 0 ? 2.0 : 100.0);
+    const auto truth = static_cast<double>(std::cyl_bessel_jl(1.0L, std::abs(x)));
+    ASSERT_NEAR(bessel_j1(x), std::copysign(1.0, x) * truth, kBound) << x;
+  }
+  EXPECT_EQ(bessel_j1(0.0), 0.0);
+}
+
 }  // namespace
 }  // namespace cupola::portable

@@ -96,6 +96,31 @@ TEST_F(RigFile, PaperPresetIsTheFilterOf1986AndKeysOverrideIt) {
   EXPECT_EQ(load(kFrame + kLens + kFront, {"filter.radius=1.5"}).filter.radius, 1.5);
 }
 
+TEST_F(RigFile, EveryKernelComesWithItsOwnNumbers) {
+  const auto filter = [&](const std::string& kernel) {
+    return load(kFrame + kLens + kFront + "[filter]\nkernel = \"" + kernel + "\"\n").filter;
+  };
+  EXPECT_EQ(filter("gaussian").kernel, Kernel::kGaussian);
+  EXPECT_EQ(filter("gaussian").alpha, 6.0);
+  EXPECT_EQ(filter("gaussian").rec, 0.5);
+  EXPECT_EQ(filter("robidoux").radius, 2.0);
+  EXPECT_EQ(filter("robidoux").rec, 0.0);
+  EXPECT_NEAR(filter("jinc").radius, 3.2383, 1e-4);
+  EXPECT_EQ(filter("optimal").noise, kDefaultNoise);
+  const std::string optimal = kFrame + kLens + kFront + "[filter]\nkernel = \"optimal\"\n";
+  EXPECT_EQ(load(optimal + "noise = 0.01\ntable = \"precise\"\n").filter.noise, 0.01);
+}
+
+TEST_F(RigFile, NumbersOfAnotherKernelAreRefused) {
+  const std::string start = kFrame + kLens + kFront + "[filter]\n";
+  expect_refused(start + "kernel = \"robidou\"\n", "robidoux");
+  expect_refused(start + "kernel = \"optimal\"\nalpha = 2\n", "belongs to gaussian");
+  expect_refused(start + "kernel = \"optimal\"\nradius = 2\n", "filter.radius");
+  expect_refused(start + "kernel = \"jinc\"\nnoise = 0.001\n", "belongs to optimal");
+  expect_refused(start + "kernel = \"optimal\"\nnoise = 0\n", "filter.noise");
+  expect_refused(start + "preset = \"paper\"\nkernel = \"jinc\"\n", "filter.kernel");
+}
+
 TEST_F(RigFile, BadRigsAreRefused) {
   expect_refused(kFrame + "radius = nan\n" + kLens + kFront, "frame.radius");
   expect_refused(kFrame + "radius = -1\n" + kLens + kFront, "frame.radius");

@@ -36,6 +36,22 @@ TEST(Quantise, SumsExactlyAndStaysWithinOneOfTheRealWeight) {
   }
 }
 
+TEST(Quantise, NegativeWeightsAreRoundedLikeOthers) {
+  std::mt19937 random(2);
+  std::vector<int> integers;
+  for (int i = 0; i < 5000; ++i) {
+    std::vector<double> weights(std::uniform_int_distribution<>(2, i % 10 == 0 ? 500 : 60)(random));
+    for (double& weight : weights) weight = std::uniform_real_distribution<>(-0.2, 1.0)(random);
+    weights[0] = 1.0;
+    const std::vector<Tap> taps = taps_of(weights);
+    ASSERT_TRUE(quantise(taps, 4096, 8192, integers));
+    ASSERT_EQ(std::accumulate(integers.begin(), integers.end(), 0), 4096);
+    for (std::size_t k = 0; k < weights.size(); ++k) {
+      ASSERT_LT(std::abs(integers[k] - taps[k].weight * 4096), 1.0 + 1e-9);
+    }
+  }
+}
+
 TEST(Quantise, RealWeightsThatAreWholeStayAsTheyAre) {
   std::vector<int> integers;
   ASSERT_TRUE(quantise(taps_of({1, 2, 1}), 256, 255, integers));

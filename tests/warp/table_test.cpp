@@ -2,6 +2,7 @@
 // function. SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include <array>
 #include <bit>
 #include <cstring>
 #include <random>
@@ -114,8 +115,13 @@ TEST(WarpTableOf, EveryGeometryKeepsItsPromises) {
   for (int i = 0; i < 40; ++i) {
     const auto side = [&](int most) { return std::uniform_int_distribution<>(1, most)(random); };
     Rig rig = test::omnimax_rig({side(200), side(200)}, side(300), {side(300), side(300)}, kAllNames);
-    rig.filter.radius = std::uniform_real_distribution<>(0.5, 2.5)(random);
-    rig.filter.rec = i % 3 == 0 ? 1.0 : 0.0;
+    if (i % 3 == 2) {
+      const std::array<FilterSettings, 3> lobed = {robidoux_filter(), jinc_filter(), optimal_filter()};
+      rig.filter = lobed[static_cast<std::size_t>(i) / 3 % 3];
+    } else {
+      rig.filter.radius = std::uniform_real_distribution<>(0.5, 2.5)(random);
+      rig.filter.rec = i % 3 == 0 ? 1.0 : 0.0;
+    }
     rig.filter.table = i % 2 == 0 ? TableForm::kFast : TableForm::kPrecise;
     SCOPED_TRACE(i);
     expect_sound(build_warp_table(rig, pool));
