@@ -8,8 +8,9 @@ namespace cupola {
 
 // Half the mean square difference of points d texels apart, as a share of the picture's variance, is
 // (d / kPriorScale)^kPriorExponent. A power law looks the same at every scale, so that it does not matter how
-// many texels a face has. The exponent was fitted to photographs (`cupola bench prior`, docs/performance.md);
-// the scale only says what the rig's `noise` is a share of.
+// many texels a face has. The exponent is chosen, not fitted: photographs have about 0.2 (`cupola bench
+// prior`), pictures of hard edges 1, and between 0.6 and 1 the results hardly differ (docs/performance.md).
+// The scale only says what the rig's `noise` is a share of.
 inline constexpr double kPriorExponent = 0.8;
 inline constexpr double kPriorScale = 20.0;
 
