@@ -104,6 +104,10 @@ std::vector<Contender> usual_contenders() {
   const auto gaussian = [](double alpha, double radius, double rec) {
     return FilterSettings{Kernel::kGaussian, alpha, radius, rec, TableForm::kFast};
   };
+  const auto precise = [](FilterSettings filter) {
+    filter.table = TableForm::kPrecise;
+    return filter;
+  };
   return {{"ewa", Method::kEwa, {}},
           {"ewa paper", Method::kEwa, paper_preset()},
           {"ewa a2 r1", Method::kEwa, gaussian(2, 1, 0)},
@@ -114,6 +118,9 @@ std::vector<Contender> usual_contenders() {
           {"ewa a6 r1 rec 0.75", Method::kEwa, gaussian(6, 1, 0.75)},
           {"ewa a6 r1 rec 1", Method::kEwa, gaussian(6, 1, 1)},
           {"ewa a8 r1 rec 1", Method::kEwa, gaussian(8, 1, 1)},
+          {"ewa precise", Method::kEwa, precise(default_gaussian())},
+          {"ewa paper precise", Method::kEwa, precise(paper_preset())},
+          {"optimal precise", Method::kEwa, precise(optimal_filter())},
           {"ewa robidoux", Method::kEwa, robidoux_filter()},
           {"ewa jinc", Method::kEwa, jinc_filter()},
           {"optimal 0.0001", Method::kEwa, optimal_filter(0.0001)},
@@ -144,10 +151,11 @@ Quality measure_quality(const std::vector<Contender>& contenders, const std::vec
     Rig rig = paper_shape(circle, circle * 512 * minification / 983);
     std::vector<WorldFaces> faces;
     for (const std::string& scene : scenes) faces.push_back(draw_faces(rig, scene, pool));
+    const double pixels = static_cast<double>(map_frame(rig, pool).in_image);
     for (const Contender& contender : contenders) {
       rig.filter = contender.filter;
       const auto warp = make_frame_warp(rig, contender.method, best_cpu(), alone);
-      QualityRow row{contender.name, minification, {}, 0.0};
+      QualityRow row{contender.name, minification, {}, 0.0, 0.0, warp->table_bytes(), false};
       ImageBuffer frame(PixelFormat::kRgbPlanar8, rig.frame.size);
       std::vector<double> times;
       for (std::size_t i = 0; i < scenes.size(); ++i) {
@@ -157,6 +165,24 @@ Quality measure_quality(const std::vector<Contender>& contenders, const std::vec
         row.psnr_db.push_back(psnr(rig, as_const(frame.pixels()), truths[i]));
       }
       row.milliseconds = median(times);
+      row.ns_per_pixel = row.milliseconds * 1e6 / pixels;
+      quality.rows.push_back(std::move(row));
+    }
+    for (const PeerFilter filter : {PeerFilter::kBilinear, PeerFilter::kLanczos4}) {
+      QualityRow row{"", minification, {}, 0.0, 0.0, 0, true};
+      std::vector<double> times;
+      ImageBuffer frame(PixelFormat::kRgbPlanar8, rig.frame.size);
+      for (std::size_t i = 0; i < scenes.size(); ++i) {
+        const std::unique_ptr<Peer> peer = make_peer(rig, faces[i].set.faces, filter, pool);
+        if (!peer) break;
+        row.contender = peer->name();
+        for (int repeat = 0; repeat < 3; ++repeat) times.push_back(cpu_milliseconds([&] { peer->warp(); }));
+        convert(peer->frame(), frame.pixels());
+        row.psnr_db.push_back(psnr(rig, as_const(frame.pixels()), truths[i]));
+      }
+      if (times.empty()) continue;
+      row.milliseconds = median(times);
+      row.ns_per_pixel = row.milliseconds * 1e6 / pixels;
       quality.rows.push_back(std::move(row));
     }
   }

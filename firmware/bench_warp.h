@@ -28,12 +28,16 @@ struct QualityRow {
   int minification = 1;         // texels of a face a pixel of the circle, 1, 2 or 4
   std::vector<double> psnr_db;  // one a scene
   double milliseconds = 0.0;    // a frame of this size on one core
+  double ns_per_pixel = 0.0;    // in-image pixels
+  std::size_t table_bytes = 0;
+  bool peer = false;  // somebody else's
 };
 struct Quality {
   std::vector<std::string> scenes;
   std::vector<QualityRow> rows;
 };
-// `circle`: the frame's diameter in pixels; the faces have circle * 512 / 983 texels a side at 1:1.
+// Peers, where there are any, follow the contenders. `circle`: the frame's diameter in pixels; the faces have
+// circle * 512 / 983 texels a side at 1:1.
 Quality measure_quality(const std::vector<Contender>& contenders, const std::vector<std::string>& scenes,
                         int circle, WorkerPool& pool);
 

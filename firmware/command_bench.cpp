@@ -2,12 +2,15 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include <nlohmann/json.hpp>
 
 #include "firmware/bench_prior.h"
 #include "firmware/bench_stars.h"
 #include "firmware/bench_warp.h"
 #include "firmware/command.h"
+#include "firmware/pareto.h"
 #include "firmware/show.h"
 #include "pipeline/frame/atomic_file.h"
 #include "pipeline/frame/error.h"
@@ -22,6 +25,7 @@ class BenchCommand final : public Command {
                 "  cupola bench warp\n"
                 "  cupola bench warp --rig domemaster-4k-5 --face-size 2048 --only speed\n"
                 "  cupola bench warp --json figures.json\n"
+                "  cupola bench warp --only quality --pareto out/pareto\n"
                 "  cupola bench prior PANORAMA.png ...\n") {
     options()
         .add_option("what", what_, "What to measure")
@@ -41,6 +45,10 @@ class BenchCommand final : public Command {
     options()
         .add_option("--only", only_, "Leave the other parts out")
         ->check(CLI::IsMember({"speed", "quality", "stars"}));
+    options()
+        .add_option("--pareto", pareto_,
+                    "Write quality's figures as NAME.csv and plot them: NAME.svg, NAME.png")
+        ->type_name("NAME");
     options().add_option("--json", json_, "Write the figures too")->type_name("FILE");
   }
 
@@ -59,6 +67,7 @@ class BenchCommand final : public Command {
   int rounds_ = 25;
   int circle_ = 983;
   std::string only_;
+  std::string pareto_;
   std::string json_;
 };
 
@@ -94,6 +103,42 @@ nlohmann::json BenchCommand::report_speed(WorkerPool& pool) const {
   return rows;
 }
 
+// Root of the mean square of the scenes' errors, 8-bit steps.
+double error_of(const QualityRow& row) {
+  double squares = 0.0;
+  for (const double psnr : row.psnr_db) squares += std::pow(10.0, -psnr / 10.0);
+  return 255.0 * std::sqrt(squares / static_cast<double>(row.psnr_db.size()));
+}
+
+void write_pareto(const Quality& quality, const std::filesystem::path& name) {
+  std::vector<ParetoPanel> panels;
+  std::string csv = "minification,name,peer,ns_per_pixel,ms,rms_error,table_bytes,frontier";
+  for (const std::string& scene : quality.scenes) csv += ",psnr_db " + scene;
+  csv += '\n';
+  for (const int minification : {1, 2, 4}) {
+    std::vector<const QualityRow*> rows;
+    std::vector<ParetoMark> marks;
+    for (const QualityRow& row : quality.rows) {
+      if (row.minification != minification) continue;
+      rows.push_back(&row);
+      marks.push_back({row.contender, row.ns_per_pixel, error_of(row), row.peer, false});
+    }
+    find_frontier(marks);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      csv += fmt::format("{},{},{},{:.4g},{:.4g},{:.4g},{},{}", minification, marks[i].name,
+                         marks[i].peer ? 1 : 0, marks[i].ns_per_pixel, rows[i]->milliseconds, marks[i].error,
+                         rows[i]->table_bytes, marks[i].frontier ? 1 : 0);
+      for (const double psnr : rows[i]->psnr_db) csv += fmt::format(",{:.3f}", psnr);
+      csv += '\n';
+    }
+    panels.push_back({fmt::format("{} texels a pixel of the circle", minification), std::move(marks)});
+  }
+  AtomicFile file(std::filesystem::path(name).replace_extension("csv"));
+  file.write(csv);
+  file.commit();
+  if (!draw_pareto(panels, name)) fmt::print("built without cairo: no plot\n");
+}
+
 nlohmann::json BenchCommand::report_quality(WorkerPool& pool) const {
   const Quality quality =
       measure_quality(usual_contenders(), {"rotated-checker", "zone-plate", "grid"}, circle_, pool);
@@ -115,6 +160,7 @@ nlohmann::json BenchCommand::report_quality(WorkerPool& pool) const {
                     {"psnr_db", scenes},
                     {"ms", row.milliseconds}});
   }
+  if (!pareto_.empty()) write_pareto(quality, pareto_);
   return rows;
 }
 
