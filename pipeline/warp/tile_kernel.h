@@ -11,6 +11,9 @@
 #include "pipeline/warp/cpu.h"
 #include "pipeline/warp/warp_table.h"
 
+// For the parts of kernels that are only fast within the loop that calls them.
+#define CUPOLA_INLINE [[gnu::always_inline]] inline
+
 namespace cupola {
 
 // One view as one reflection of the frame sees it. A view mirrored top to bottom is walked with a negative
@@ -56,6 +59,7 @@ using TileKernel = void (*)(const WarpTable& table, const Tile& tile,
                             std::span<const TileImage<Pixel>> images) noexcept;
 
 void run_tile_scalar(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
+void run_tile_sse4(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
 void run_tile_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
 void run_tile_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
 

@@ -5,8 +5,6 @@
 
 #include "pipeline/warp/tile_kernel.h"
 
-#define CUPOLA_INLINE [[gnu::always_inline]] inline
-
 namespace cupola {
 namespace {
 
