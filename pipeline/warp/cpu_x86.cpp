@@ -45,7 +45,15 @@ TileKernel<Xrgb> tile_kernel(Cpu cpu) {
 }
 
 RowStore<Xrgb> row_store(Cpu cpu) {
-  return cpu == Cpu::kAvx512 ? store_row_avx512 : store_row_scalar;
+  switch (cpu) {
+    case Cpu::kSse4:
+    case Cpu::kAvx2:
+      return {store_row_sse4, finish_rows_streamed};
+    case Cpu::kAvx512:
+      return {store_row_avx512, finish_rows_streamed};
+    default:
+      return {store_row_scalar, finish_rows_scalar};
+  }
 }
 
 }  // namespace cupola

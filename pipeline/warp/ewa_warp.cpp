@@ -92,8 +92,8 @@ Pixel black() {
 template <class Pixel>
 class BandRun {
  public:
-  BandRun(const WarpTable& table, TileKernel<Pixel> kernel, RowStore<Pixel> store_row, int threads)
-      : table_(table), kernel_(kernel), store_(store_row), free_(threads) {
+  BandRun(const WarpTable& table, TileKernel<Pixel> kernel, RowStore<Pixel> rows, int threads)
+      : table_(table), kernel_(kernel), rows_(rows), free_(threads) {
     for (int i = 0; i < threads; ++i) stages_.emplace_back(table);
   }
 
@@ -104,6 +104,7 @@ class BandRun {
     for (const bool mirrored : {true, false}) {
       if (!mirrored || table_.reflections.front().down) store(band, mirrored, frame, stage);
     }
+    rows_.finish();
     free(stage);
   }
 
@@ -135,7 +136,8 @@ class BandRun {
     for (int row = 0; row < kTileHeight; ++row) {
       const int y = table_.top + band * kTileHeight + row;
       if (y < 0 || y >= frame.size.height) continue;
-      store_(stage.row(row, mirrored), frame.size.width, frame, 0, mirrored ? frame.size.height - 1 - y : y);
+      rows_.store(stage.row(row, mirrored), frame.size.width, frame, 0,
+                  mirrored ? frame.size.height - 1 - y : y);
     }
   }
 
@@ -155,7 +157,7 @@ class BandRun {
 
   const WarpTable& table_;
   TileKernel<Pixel> kernel_;
-  RowStore<Pixel> store_;
+  RowStore<Pixel> rows_;
   std::vector<Stage<Pixel>> stages_;
   std::vector<Flag> free_;
 };
@@ -167,7 +169,7 @@ class TableWarp final : public FrameWarp {
         pool_(pool),
         small_(table),
         narrow_(table, tile_kernel(cpu), row_store(cpu), pool.threads()),
-        wide_(table, run_tile_wide, store_row_wide, pool.threads()) {}
+        wide_(table, run_tile_wide, {store_row_wide, finish_rows_scalar}, pool.threads()) {}
 
   std::span<const NeededRegion> needed() const override { return table_.needed; }
   std::size_t table_bytes() const override { return table_.bytes(); }

@@ -56,13 +56,13 @@ void store_planar(const Xrgb* pixels, int count, const MutableImage& frame, int 
   for (int channel = 0; channel < 3; ++channel) to[channel] = frame.samples<std::uint8_t>(channel, y) + x;
   const int before = pixels_to_line(to[0], 1, count);
   if (pixels_to_line(to[1], 1, count) != before || pixels_to_line(to[2], 1, count) != before) {
-    return store_row_scalar(pixels, count, frame, x, y);
+    return store_row_sse4(pixels, count, frame, x, y);
   }
   const int turns = (count - before) / kTurn;
   const int streamed = before + turns * kTurn;
-  store_row_scalar(pixels, before, frame, x, y);
+  store_row_sse4(pixels, before, frame, x, y);
   stream_planar(pixels + before, turns, to[0] + before, to[1] + before, to[2] + before);
-  store_row_scalar(pixels + streamed, count - streamed, frame, x + streamed, y);
+  store_row_sse4(pixels + streamed, count - streamed, frame, x + streamed, y);
 }
 
 void store_xrgb(const Xrgb* pixels, int count, const MutableImage& frame, int x, int y) {
@@ -84,7 +84,7 @@ void store_row_avx512(const Xrgb* pixels, int count, const MutableImage& frame, 
   } else if (frame.format == PixelFormat::kXrgb8888) {
     store_xrgb(pixels, count, frame, x, y);
   } else {
-    store_row_scalar(pixels, count, frame, x, y);
+    store_row_sse4(pixels, count, frame, x, y);
   }
 }
 

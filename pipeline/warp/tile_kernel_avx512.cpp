@@ -106,6 +106,7 @@ CUPOLA_INLINE Channels sum_bytes(const Source& from) {
         if constexpr (kSigned) biased[channel] = _mm512_dpbusd_epi32(biased[channel], bias, patch);
       }
       index = _mm512_add_epi8(index, next_row);
+      prefetch_after(line);
     }
   }
   for (int channel = 0; channel < 3; ++channel) {
@@ -146,6 +147,7 @@ CUPOLA_INLINE Channels sum_pairs(const Source& from) {
         low[channel] = _mm512_dpbusd_epi32(low[channel], patch, weights_low);
       }
       index = _mm512_add_epi8(index, next_row);
+      prefetch_after(line);
     }
   }
   return finish16(high, low, from.block.bits);

@@ -23,12 +23,7 @@ class PairKernel {
                   std::span<const TileImage<Xrgb>> images) noexcept {
     PairKernel kernel;
     for (const TileImage<Xrgb>& image : images) {
-      const TileImage<Xrgb> here = image;
-      if (here.across) {
-        kernel.run_image<true>(table, tile, here);
-      } else {
-        kernel.run_image<false>(table, tile, here);
-      }
+      kernel.run_image(table, tile, image);
     }
   }
 
@@ -112,11 +107,9 @@ class PairKernel {
     const __m128i within = _mm_sub_epi8(start, _mm_shuffle_epi8(least, all_four));  // 0..8 * spread + 4
 
     Places<kReach> places;
-    const auto pair = [&](std::uint32_t eight_rows) { return std::size_t{(eight_rows & 0xff) * 2}; };
-    places.pair[0] = pair(static_cast<std::uint32_t>(_mm_cvtsi128_si32(least)));
-    places.pair[1] = pair(static_cast<std::uint32_t>(_mm_extract_epi32(least, 1)));
-    places.pair[2] = pair(static_cast<std::uint32_t>(_mm_extract_epi32(least, 2)));
-    places.pair[3] = pair(static_cast<std::uint32_t>(_mm_extract_epi32(least, 3)));
+    alignas(16) std::uint8_t eight_rows[16];  // cheaper than four extractions
+    _mm_store_si128(reinterpret_cast<__m128i*>(eight_rows), least);
+    for (std::size_t g = 0; g < kBlockSide; ++g) places.pair[g] = std::size_t{eight_rows[4 * g]} * 2;
     for (int part = 0; part < kParts; ++part) {
       const Register four_times =
           Lanes::shuffle(Lanes::all(within), Lanes::load(kFourTimes.data() + part * kPartBytes));
@@ -188,6 +181,7 @@ class PairKernel {
         }
       }
       pairs += kPairBytes;
+      prefetch_after(line);
     }
     return line;
   }
@@ -281,7 +275,6 @@ class PairKernel {
   }
 
   // Sixteen pixels, each 0 to 255 a channel, into the block's four rows.
-  template <bool kAcross>
   CUPOLA_INLINE static void store(const Sums& rgb, const Block& block, const TileImage<Xrgb>& image) {
     const Register black = Lanes::all32(static_cast<int>(kBlackXrgb));
     Xrgb* out = image.block(block.at);
@@ -294,18 +287,17 @@ class PairKernel {
         pixels = Lanes::both(pixels, Lanes::equal32(Lanes::both(Lanes::all32(block.covered), bit), bit));
       }
       pixels = Lanes::either(pixels, black);
-      if constexpr (kAcross) pixels = Lanes::reversed32(pixels);
+      if (image.across) pixels = Lanes::reversed32(pixels);
       Lanes::store_rows(pixels, out, image.stride);
     }
   }
 
-  template <bool kAcross>
-  void run_image(const WarpTable& table, const Tile& tile, const TileImage<Xrgb>& image) {
+  void run_image(const WarpTable& table, const Tile& tile, TileImage<Xrgb> image) {
     const Block* block = table.blocks.data() + tile.first_block;
     const Window* window = table.windows.data() + tile.first_window;
     const WeightLine* line = table.lines.data() + tile.first_line;
     for (const Block* end = block + tile.block_count; block != end; ++block) {
-      store<kAcross>(sum_block({*block, window, line, image.views.data()}), *block, image);
+      store(sum_block({*block, window, line, image.views.data()}), *block, image);
       window += block->window_count;
       line += block->line_count;
     }
