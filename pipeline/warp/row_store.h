@@ -21,6 +21,7 @@ struct RowStore {
 void store_row_scalar(const Xrgb*, int count, const MutableImage&, int x, int y) noexcept;
 void store_row_sse4(const Xrgb*, int count, const MutableImage&, int x, int y) noexcept;
 void store_row_avx512(const Xrgb*, int count, const MutableImage&, int x, int y) noexcept;
+void store_row_neon(const Xrgb*, int count, const MutableImage&, int x, int y) noexcept;
 void store_row_wide(const Rgb16*, int count, const MutableImage&, int x, int y) noexcept;
 
 void finish_rows_scalar() noexcept;

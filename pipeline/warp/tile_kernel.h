@@ -68,6 +68,7 @@ void run_tile_scalar(const WarpTable&, const Tile&, std::span<const TileImage<Xr
 void run_tile_sse4(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
 void run_tile_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
 void run_tile_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
+void run_tile_neon(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
 
 // 16 bits a sample, any instruction set.
 void run_tile_wide(const WarpTable&, const Tile&, std::span<const TileImage<Rgb16>>) noexcept;
