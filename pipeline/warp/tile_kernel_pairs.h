@@ -274,6 +274,22 @@ class PairKernel {
     return sum_wide(from);
   }
 
+  // Texels for about the next tile. Windows near each other share cache lines, so two rows of each are
+  // enough, other ones from block to block.
+  CUPOLA_INLINE static void prefetch_texels(const WarpTable& table, const ViewTexels* views,
+                                            const Window* window, std::ptrdiff_t block) {
+    constexpr std::ptrdiff_t kAhead = 150;  // windows; as measured best
+    const Window* last = table.windows.data() + table.windows.size() - 1;
+    const Window& ahead = last - window > kAhead ? window[kAhead] : *last;
+    const ViewTexels& view = views[ahead.view];
+    for (int channel = 0; channel < 3; ++channel) {
+      const std::ptrdiff_t stride = view.stride[channel];
+      const std::uint8_t* row = view.window(channel, ahead.x, ahead.y) + (block & 3) * stride;
+      __builtin_prefetch(row);
+      __builtin_prefetch(row + kWindowSide / 2 * stride);
+    }
+  }
+
   // Sixteen pixels, each 0 to 255 a channel, into the block's four rows.
   CUPOLA_INLINE static void store(const Sums& rgb, const Block& block, const TileImage<Xrgb>& image) {
     const Register black = Lanes::all32(static_cast<int>(kBlackXrgb));
@@ -297,6 +313,7 @@ class PairKernel {
     const Window* window = table.windows.data() + tile.first_window;
     const WeightLine* line = table.lines.data() + tile.first_line;
     for (const Block* end = block + tile.block_count; block != end; ++block) {
+      prefetch_texels(table, image.views.data(), window, end - block);
       store(sum_block({*block, window, line, image.views.data()}), *block, image);
       window += block->window_count;
       line += block->line_count;
