@@ -231,10 +231,10 @@ Speed measure_speed(const Rig& rig, int rounds, bool with_error, WorkerPool& poo
   };
   FilterSettings filter = rig.filter;
   filter.table = TableForm::kFast;
-  add_table("ewa fast", filter, {Cpu::kAvx512, Cpu::kAvx2, Cpu::kScalar});
+  add_table("ewa fast", filter, {Cpu::kAvx512, Cpu::kAvx2, Cpu::kSse4, Cpu::kNeon, Cpu::kScalar});
   filter.table = TableForm::kPrecise;
-  add_table("ewa precise", filter, {Cpu::kAvx512, Cpu::kAvx2});
-  add_table("ewa paper fast", paper_preset(), {Cpu::kAvx512, Cpu::kAvx2});
+  add_table("ewa precise", filter, {Cpu::kAvx512, Cpu::kAvx2, Cpu::kSse4, Cpu::kNeon});
+  add_table("ewa paper fast", paper_preset(), {Cpu::kAvx512, Cpu::kAvx2, Cpu::kSse4, Cpu::kNeon});
   for (const Method method :
        {Method::kEwaScan, Method::kEwaScanInteger, Method::kEwaPyramid, Method::kTwoPass, Method::kTrilinear,
         Method::kSummedArea, Method::kBilinear, Method::kNearest}) {

@@ -58,8 +58,8 @@ class Stage {
 template <class Pixel>
 class BandRun {
  public:
-  BandRun(const WarpTable& table, TileKernel<Pixel> kernel, RowStore<Pixel> store_row, int threads)
-      : table_(table), kernel_(kernel), store_(store_row), free_(threads) {
+  BandRun(const WarpTable& table, TileKernel<Pixel> kernel, RowStore<Pixel> rows, int threads)
+      : table_(table), kernel_(kernel), rows_(rows), free_(threads) {
     for (int i = 0; i < threads; ++i) stages_.emplace_back(table);
   }
 
@@ -72,6 +72,7 @@ class BandRun {
       warp_tile(band, column, views, changed, stage, work);
     }
     for (const bool mirrored : {true, false}) store(band, mirrored, frame, stage);
+    rows_.finish();
     free(stage);
     return work;
   }
@@ -135,8 +136,8 @@ class BandRun {
       const int y = table_.top + band * kTileHeight + row;
       if (y < 0 || y >= frame.size.height) continue;
       for (const auto [first, last] : done) {
-        store_(stage.row(row, mirrored) + first, last - first, frame, first,
-               mirrored ? frame.size.height - 1 - y : y);
+        rows_.store(stage.row(row, mirrored) + first, last - first, frame, first,
+                    mirrored ? frame.size.height - 1 - y : y);
       }
     }
     done.clear();
@@ -173,7 +174,7 @@ class BandRun {
 
   const WarpTable& table_;
   TileKernel<Pixel> kernel_;
-  RowStore<Pixel> store_;
+  RowStore<Pixel> rows_;
   std::vector<Stage<Pixel>> stages_;
   std::vector<Flag> free_;
 };

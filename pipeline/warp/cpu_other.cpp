@@ -17,7 +17,7 @@ TileKernel<Xrgb> tile_kernel(Cpu) {
 }
 
 RowStore<Xrgb> row_store(Cpu) {
-  return store_row_scalar;
+  return {store_row_scalar, finish_rows_scalar};
 }
 
 }  // namespace cupola

@@ -10,22 +10,33 @@ bool supported(Cpu cpu) {
   switch (cpu) {
     case Cpu::kScalar:
       return true;
+    case Cpu::kSse4:
+      return __builtin_cpu_supports("ssse3") && __builtin_cpu_supports("sse4.1");
     case Cpu::kAvx2:
       return __builtin_cpu_supports("avx2") != 0;
     case Cpu::kAvx512:
       return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
              __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
              __builtin_cpu_supports("avx512vbmi") && __builtin_cpu_supports("avx512vnni");
+    case Cpu::kNeon:
+      break;
   }
   return false;
 }
 
 Cpu best_cpu() {
-  return supported(Cpu::kAvx512) ? Cpu::kAvx512 : supported(Cpu::kAvx2) ? Cpu::kAvx2 : Cpu::kScalar;
+  for (const Cpu cpu : {Cpu::kAvx512, Cpu::kAvx2, Cpu::kSse4}) {
+    if (supported(cpu)) return cpu;
+  }
+  return Cpu::kScalar;
 }
 
 TileKernel<Xrgb> tile_kernel(Cpu cpu) {
   switch (cpu) {
+    case Cpu::kSse4:
+      return run_tile_sse4;
+    case Cpu::kAvx2:
+      return run_tile_avx2;
     case Cpu::kAvx512:
       return run_tile_avx512;
     default:
@@ -34,7 +45,15 @@ TileKernel<Xrgb> tile_kernel(Cpu cpu) {
 }
 
 RowStore<Xrgb> row_store(Cpu cpu) {
-  return cpu == Cpu::kAvx512 ? store_row_avx512 : store_row_scalar;
+  switch (cpu) {
+    case Cpu::kSse4:
+    case Cpu::kAvx2:
+      return {store_row_sse4, finish_rows_streamed};
+    case Cpu::kAvx512:
+      return {store_row_avx512, finish_rows_streamed};
+    default:
+      return {store_row_scalar, finish_rows_scalar};
+  }
 }
 
 }  // namespace cupola

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <atomic>
+#include <cassert>
 #include <cstring>
 #include <vector>
 
@@ -53,7 +54,8 @@ ViewTexels mirrored(const Image& face, const Reflection::Partner& partner) {
   texels.origin = reinterpret_cast<const std::uint8_t*>(first.row(y)) + x * step;
   texels.stride = partner.flip_v ? -first.stride : first.stride;
   for (int channel = 0; channel < 3; ++channel) {
-    texels.channel[channel] = face.planes[channel].data - first.data;
+    assert(face.planes[channel].stride == first.stride);
+    texels.channel[channel] = ViewTexels::bytes_between(first.data, face.planes[channel].data);
   }
   return texels;
 }
@@ -65,7 +67,7 @@ class TableWarp final : public FrameWarp {
         pool_(pool),
         small_(table),
         narrow_(table, tile_kernel(cpu), row_store(cpu), pool.threads()),
-        wide_(table, run_tile_wide, store_row_wide, pool.threads()) {}
+        wide_(table, run_tile_wide, {store_row_wide, finish_rows_scalar}, pool.threads()) {}
 
   std::span<const NeededRegion> needed() const override { return table_.needed; }
   std::size_t table_bytes() const override { return table_.bytes(); }

@@ -45,7 +45,8 @@ class FrameWarp {
   virtual ~FrameWarp() = default;
   // For each view the texels that warp() uses.
   virtual std::span<const NeededRegion> needed() const = 0;
-  // `faces` in the rig's order, planar RGB of 8 or 16 bits and the rig's sizes. `frame` has the rig's frame
+  // `faces` in the rig's order, planar RGB of 8 or 16 bits and the rig's sizes; the planes of a face have one
+  // stride. `frame` has the rig's frame
   // size and any format; every pixel of it is written, those outside the image 0.
   virtual void warp(std::span<const Image> faces, const MutableImage& frame) noexcept = 0;
   // The same where `frame` holds what this warp made of faces that differ from these at most in `changed`,

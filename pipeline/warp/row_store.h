@@ -7,15 +7,25 @@
 
 namespace cupola {
 
-// `count` pixels to (x, y) and on to the right. 8 bits go into frames of 16 by v * 257, 16 into frames of 8
-// rounded to nearest. The fast ones write past the caches: whoever reads the frame next is another device or
-// comes much later.
+// The fast ones write past the caches: whoever reads the frame next is another device or comes much later.
 template <class Pixel>
-using RowStore = void (*)(const Pixel* pixels, int count, const MutableImage& frame, int x, int y) noexcept;
+struct RowStore {
+  // `count` pixels to (x, y) and on to the right. 8 bits go into frames of 16 by v * 257, 16 into frames of 8
+  // rounded to nearest.
+  void (*store)(const Pixel* pixels, int count, const MutableImage& frame, int x, int y) noexcept;
+  // After the last row that a thread stores, before others may look: writes past the caches are not ordered
+  // by what locks and atomics do.
+  void (*finish)() noexcept;
+};
 
 void store_row_scalar(const Xrgb*, int count, const MutableImage&, int x, int y) noexcept;
+void store_row_sse4(const Xrgb*, int count, const MutableImage&, int x, int y) noexcept;
 void store_row_avx512(const Xrgb*, int count, const MutableImage&, int x, int y) noexcept;
+void store_row_neon(const Xrgb*, int count, const MutableImage&, int x, int y) noexcept;
 void store_row_wide(const Rgb16*, int count, const MutableImage&, int x, int y) noexcept;
+
+void finish_rows_scalar() noexcept;
+void finish_rows_streamed() noexcept;  // x86
 
 RowStore<Xrgb> row_store(Cpu cpu);
 

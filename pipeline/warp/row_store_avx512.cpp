@@ -103,7 +103,7 @@ void store_row_avx512(const Xrgb* pixels, int count, const MutableImage& frame, 
   } else if (frame.format == PixelFormat::kXrgb8888) {
     store_xrgb(pixels, count, frame, x, y);
   } else {
-    store_row_scalar(pixels, count, frame, x, y);
+    store_row_sse4(pixels, count, frame, x, y);
   }
 }
 

@@ -76,4 +76,6 @@ void store_row_wide(const Rgb16* pixels, int count, const MutableImage& frame, i
   store_row(pixels, count, frame, x, y);
 }
 
+void finish_rows_scalar() noexcept {}
+
 }  // namespace cupola

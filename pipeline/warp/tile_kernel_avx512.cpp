@@ -5,7 +5,6 @@
 
 #include "pipeline/warp/tile_kernel.h"
 
-#define CUPOLA_INLINE [[gnu::always_inline]] inline
 #define CUPOLA_INLINE_LAMBDA __attribute__((always_inline))
 
 namespace cupola {
@@ -71,11 +70,8 @@ CUPOLA_INLINE Channels load_windows(const ViewTexels& view, const Window& window
   }
 }
 
-// The table is read once a frame from beginning to end. The processor foresees that within a page only, which
-// leaves a fifth of the warp's time waiting; this asks ahead across pages.
 CUPOLA_INLINE __m512i next_line(const WeightLine*& line) {
-  constexpr int kAhead = 32;
-  _mm_prefetch(line + kAhead, _MM_HINT_T0);
+  prefetch_after(line);
   return _mm512_load_si512(line++);
 }
 

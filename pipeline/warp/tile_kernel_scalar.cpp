@@ -70,8 +70,7 @@ class BlockSum {
   void add_texel(const Window& window, int pixel, int at, int weight) {
     const ViewTexels& view = views_[window.view];
     for (int channel = 0; channel < 3; ++channel) {
-      const std::uint8_t* row =
-          view.window(window.x, window.y) + view.channel[channel] + at / kWindowSide * view.stride;
+      const std::uint8_t* row = view.window(channel, window.x, window.y) + at / kWindowSide * view.stride;
       const Sample texel = reinterpret_cast<const Sample*>(row)[view.column(at % kWindowSide)];
       sum_[pixel][channel] += static_cast<Sum>(weight) * texel;
     }
@@ -106,10 +105,9 @@ void run_tile(const WarpTable& table, const Tile& tile, std::span<const TileImag
       for (std::uint32_t i = 0; i < block.window_count; ++i) line = sum.add(*window++, line);
       for (int i = 0; i < kPixelsInBlock; ++i) {
         const int column = i % kBlockSide;
-        const std::ptrdiff_t first =
-            image.across ? image.template offset<true>(block.at) : image.template offset<false>(block.at);
-        image.corner[first + i / kBlockSide * image.stride +
-                     (image.across ? kBlockSide - 1 - column : column)] = sum.pixel(i);
+        image.block(
+            block.at)[i / kBlockSide * image.stride + (image.across ? kBlockSide - 1 - column : column)] =
+            sum.pixel(i);
       }
     }
   }

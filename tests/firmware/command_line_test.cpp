@@ -4,7 +4,7 @@
 #include <unistd.h>
 
 #include "pipeline/frame/still.h"
-
+#include "pipeline/warp/cpu.h"
 #include "tests/firmware/program.h"
 
 namespace cupola {
@@ -50,6 +50,9 @@ TEST_F(CommandLine, RefusesWhatItDoesNotKnow) {
   expect_refusal(warp_arguments({"--method", "ewa-scam"}), 2,
                  {"--method ewa-scam", "did you mean ewa-scan?"});
   expect_refusal(warp_arguments({"--cpu", "z80"}), 2, {"--cpu z80", "scalar"});
+  const std::string foreign(name(supported(Cpu::kNeon) ? Cpu::kAvx2 : Cpu::kNeon));
+  expect_refusal(warp_arguments({"--cpu", foreign}), 2,
+                 {"--cpu " + foreign, "this machine does not have it"});
   expect_refusal({"warp", "--rig", path("rig.toml"), "--world", "demo"}, 2, {"--out"});
   expect_refusal({"play", "demo", "--display", "wall"}, 2, {"--display", "wall"});
   expect_refusal({"check"}, 2, {"expected a show or --rig"});

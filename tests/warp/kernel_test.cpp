@@ -106,7 +106,8 @@ TEST_P(EveryCpu, ReadsViewsWithAnyStride) {
                                 warped(table, within, GetParam(), pool_).pixels()));
 }
 
-INSTANTIATE_TEST_SUITE_P(Kernels, EveryCpu, testing::Values(Cpu::kScalar, Cpu::kAvx2, Cpu::kAvx512),
+INSTANTIATE_TEST_SUITE_P(Kernels, EveryCpu,
+                         testing::Values(Cpu::kScalar, Cpu::kSse4, Cpu::kAvx2, Cpu::kAvx512, Cpu::kNeon),
                          [](const auto& instance) { return std::string(name(instance.param)); });
 
 TEST(Kernel, SixteenBitFacesAreWeighedAtFullDepth) {

@@ -11,6 +11,7 @@
 #include "pipeline/warp/ewa_warp.h"
 #include "pipeline/warp/table_build.h"
 #include "tests/warp/faces.h"
+#include "tests/warp/random_table.h"
 
 namespace cupola {
 namespace {
@@ -107,6 +108,16 @@ bool same_bytes(const WarpTable& a, const WarpTable& b) {
   };
   return same(a.tiles, b.tiles) && same(a.blocks, b.blocks) && same(a.windows, b.windows) &&
          same(a.lines, b.lines);
+}
+
+TEST(RandomTable, KeepsThePromisesThatKernelsRelyOn) {
+  test::Random random(8);
+  for (const BlockKind kind :
+       {BlockKind::kNarrow8, BlockKind::kSigned8, BlockKind::kNarrow16, BlockKind::kWide16}) {
+    for (int i = 0; i < 20; ++i) {
+      expect_sound(test::random_table(random, std::array{kind}, {{8, 8}, {40, 17}}, 3));
+    }
+  }
 }
 
 TEST(WarpTableOf, EveryGeometryKeepsItsPromises) {

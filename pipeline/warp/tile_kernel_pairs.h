@@ -1,0 +1,342 @@
+// The warp with registers of 16 bytes, or several of them side by side: two rows of a window fill one, and a
+// byte shuffle gives four pixels their patch row. A template over the register, for SSE4.1 and AVX2.
+//
+// A group is a block's row of four pixels. Row pair r is the window's rows r and r + 1; all pairs of a window
+// are made once, in the cache, so that a group finds the texels of its k-th patch row at pair (its highest
+// start)
+// + k by one load. Where the starts of a group lie further apart than a row, pairs 2, 4 and 6 further down
+// are shuffled too. SPDX-License-Identifier: MIT
+#pragma once
+
+#include <smmintrin.h>
+
+#include "pipeline/warp/tile_kernel.h"
+
+namespace cupola {
+
+// `Lanes` is of the including file alone, and with it all that comes of this template: code for one
+// instruction set is never taken for another's.
+template <class Lanes>
+class PairKernel {
+ public:
+  static void run(const WarpTable& table, const Tile& tile,
+                  std::span<const TileImage<Xrgb>> images) noexcept {
+    PairKernel kernel;
+    for (const TileImage<Xrgb>& image : images) {
+      kernel.run_image(table, tile, image);
+    }
+  }
+
+ private:
+  using Register = typename Lanes::Register;
+  static constexpr int kParts = kBlockSide / Lanes::kGroups;  // registers of 32 bits a pixel a block
+  static constexpr int kPartBytes = Lanes::kGroups * 16;
+
+  // What a block's sum reads.
+  struct Source {
+    const Block& block;
+    const Window* window;
+    const WeightLine* line;
+    const ViewTexels* views;
+  };
+
+  // 32 bits a pixel.
+  struct Sums {
+    Register of[3][kParts];
+  };
+
+  // Where the groups of a window look: byte offsets of each one's first row pair, and bytes to pick from it.
+  template <int kReach>
+  struct Places {
+    std::size_t pair[kBlockSide];
+    Register index[kReach][kParts];
+  };
+
+  CUPOLA_INLINE static __m128i load_two_rows(const std::uint8_t* row, std::ptrdiff_t stride) {
+    const __m128i upper = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(row));
+    return _mm_castps_si128(
+        _mm_loadh_pi(_mm_castsi128_ps(upper), reinterpret_cast<const __m64*>(row + stride)));
+  }
+
+  CUPOLA_INLINE void put_pair(int channel, int row, __m128i pair) {
+    _mm_store_si128(reinterpret_cast<__m128i*>(pairs_[channel][row]), pair);
+  }
+
+  // Row pairs 0 to 2 kTwos - 1; texels less 128 if kSigned. The last pair's second row is of no use to
+  // anyone.
+  template <bool kSigned, int kTwos>
+  CUPOLA_INLINE void make_pairs(const ViewTexels& view, const Window& window) {
+    const __m128i sign = _mm_set1_epi8(static_cast<char>(kSigned ? 0x80 : 0));
+    for (int channel = 0; channel < 3; ++channel) {
+      const std::uint8_t* row = view.window(channel, window.x, window.y);
+      const std::ptrdiff_t stride = view.stride;
+      __m128i above = _mm_xor_si128(load_two_rows(row, stride), sign);
+      put_pair(channel, 0, above);
+      for (int two = 1; two < kTwos; ++two) {
+        row += 2 * stride;
+        const __m128i below = _mm_xor_si128(load_two_rows(row, stride), sign);
+        put_pair(channel, 2 * two - 1, _mm_alignr_epi8(below, above, 8));
+        put_pair(channel, 2 * two, below);
+        above = below;
+      }
+      put_pair(channel, 2 * kTwos - 1, _mm_unpackhi_epi64(above, above));
+    }
+  }
+
+  template <bool kSigned>
+  CUPOLA_INLINE void make_pairs(const ViewTexels& view, const Window& window) {
+    if (window.used > 6) {
+      make_pairs<kSigned, 4>(view, window);
+    } else if (window.used > 4) {
+      make_pairs<kSigned, 3>(view, window);
+    } else if (window.used > 2) {
+      make_pairs<kSigned, 2>(view, window);
+    } else {
+      make_pairs<kSigned, 1>(view, window);
+    }
+  }
+
+  template <int kReach>
+  CUPOLA_INLINE static Places<kReach> places(const Window& window, std::uint32_t flip) {
+    const __m128i start = _mm_loadu_si128(reinterpret_cast<const __m128i*>(window.start.data()));
+    // 8 * row, and the least of a group's in each fourth byte.
+    __m128i least = _mm_and_si128(start, _mm_set1_epi8(0x38));
+    least = _mm_min_epu8(least, _mm_srli_epi32(least, 16));
+    least = _mm_min_epu8(least, _mm_srli_epi32(least, 8));
+    const __m128i all_four = _mm_setr_epi8(0, 0, 0, 0, 4, 4, 4, 4, 8, 8, 8, 8, 12, 12, 12, 12);
+    const __m128i within = _mm_sub_epi8(start, _mm_shuffle_epi8(least, all_four));  // 0..8 * spread + 4
+
+    Places<kReach> places;
+    alignas(16) std::uint8_t eight_rows[16];  // cheaper than four extractions
+    _mm_store_si128(reinterpret_cast<__m128i*>(eight_rows), least);
+    for (std::size_t g = 0; g < kBlockSide; ++g) places.pair[g] = std::size_t{eight_rows[4 * g]} * 2;
+    for (int part = 0; part < kParts; ++part) {
+      const Register four_times =
+          Lanes::shuffle(Lanes::all(within), Lanes::load(kFourTimes.data() + part * kPartBytes));
+      const Register at = Lanes::exclusive_or(Lanes::add8(four_times, Lanes::all32(0x03020100)),
+                                              Lanes::all32(static_cast<int>(flip)));
+      if constexpr (kReach == 1) {
+        places.index[0][part] = at;
+      } else {
+        // A shuffle makes bytes zero whose index has bit 7: here all that are not 16 i to 16 i + 15.
+        for (int i = 0; i < kReach; ++i) {
+          places.index[i][part] =
+              Lanes::add8_saturated(Lanes::sub8(at, Lanes::all8(16 * i)), Lanes::all8(0x70));
+        }
+      }
+    }
+    return places;
+  }
+
+  // The patch row of the pixels of one part, 4 bytes each; `pair` is the first group's first row pair, or as
+  // many further as patch rows went before.
+  template <int kReach>
+  CUPOLA_INLINE static Register patch(const std::uint8_t* pairs, const Places<kReach>& places, int part) {
+    const std::size_t* offset = places.pair + part * Lanes::kGroups;
+    Register patch = Lanes::shuffle(Lanes::gather(pairs, offset), places.index[0][part]);
+    for (int i = 1; i < kReach; ++i) {
+      const Register further = Lanes::gather(pairs + 2 * i * kPairBytes, offset);
+      patch = Lanes::either(patch, Lanes::shuffle(further, places.index[i][part]));
+    }
+    return patch;
+  }
+
+  struct Weights {
+    Register first;
+    Register second;  // kNarrow16: the low bytes
+  };
+
+  // Products of a pixel's four texels and weights, summed: 16 bits for two of them, exact as warp_table.h
+  // says, then 32.
+  template <BlockKind kKind>
+  CUPOLA_INLINE static Register product(Register patch, const Weights& weights) {
+    if constexpr (kKind == BlockKind::kNarrow8) {
+      return Lanes::sum_two(Lanes::multiply(weights.first, patch), Lanes::all16(1));
+    } else if constexpr (kKind == BlockKind::kSigned8) {
+      // The difference is in range too: two weights that are -32 to 223 less the bias are at most 255
+      // together in magnitude, times 128.
+      const Register biased = Lanes::multiply(Lanes::all8(kBias8), patch);
+      return Lanes::sum_two(Lanes::sub16(Lanes::multiply(weights.first, patch), biased), Lanes::all16(1));
+    } else {
+      // 128 * high may wrap; with low added in the end, the total fits again.
+      return Lanes::add32(Lanes::sum_two(Lanes::multiply(patch, weights.first), Lanes::all16(128)),
+                          Lanes::sum_two(Lanes::multiply(patch, weights.second), Lanes::all16(1)));
+    }
+  }
+
+  template <BlockKind kKind, int kReach>
+  CUPOLA_INLINE const WeightLine* add_patches(Sums& sums, const Window& window, const WeightLine* line,
+                                              std::uint32_t flip) const {
+    constexpr int kLinesARow = kKind == BlockKind::kNarrow16 ? 2 : 1;
+    const Places<kReach> here = places<kReach>(window, flip);
+    const std::uint8_t* pairs = pairs_[0][0];
+    for (const WeightLine* end = line + kLinesARow * window.rows; line != end; line += kLinesARow) {
+      for (int part = 0; part < kParts; ++part) {
+        Weights weights;
+        weights.first = Lanes::load(line[0].bytes.data() + part * kPartBytes);
+        if constexpr (kLinesARow == 2) weights.second = Lanes::load(line[1].bytes.data() + part * kPartBytes);
+        for (int channel = 0; channel < 3; ++channel) {
+          const Register texels = patch(pairs + channel * kChannelBytes, here, part);
+          sums.of[channel][part] = Lanes::add32(sums.of[channel][part], product<kKind>(texels, weights));
+        }
+      }
+      pairs += kPairBytes;
+      prefetch_after(line);
+    }
+    return line;
+  }
+
+  template <BlockKind kKind>
+  CUPOLA_INLINE Sums sum_narrow(const Source& from) {
+    constexpr bool kSigned = kKind != BlockKind::kNarrow16;  // texels are
+    const int bits = from.block.bits;
+    // Rounds, and puts 128 * 2^bits back.
+    const Register start = Lanes::all32(kSigned ? (257 << bits) >> 1 : 1 << (bits - 1));
+    Sums sums;
+    for (auto& channel : sums.of) {
+      for (Register& sum : channel) sum = start;
+    }
+    const WeightLine* line = from.line;
+    const Window* window = from.window;
+    for (const Window* end = window + from.block.window_count; window != end; ++window) {
+      const ViewTexels& view = from.views[window->view];
+      make_pairs<kSigned>(view, *window);
+      if (window->spread <= 1) {
+        line = add_patches<kKind, 1>(sums, *window, line, view.flip);
+      } else if (window->spread <= 3) {
+        line = add_patches<kKind, 2>(sums, *window, line, view.flip);
+      } else {
+        line = add_patches<kKind, 4>(sums, *window, line, view.flip);
+      }
+    }
+    for (auto& channel : sums.of) {
+      for (Register& sum : channel) {
+        sum = Lanes::shift_right(sum, bits);
+        if constexpr (kKind != BlockKind::kNarrow8) sum = Lanes::clamp_to_byte(sum);
+      }
+    }
+    return sums;
+  }
+
+  // Two rows of texels by two of high and of low weights, into four sums.
+  CUPOLA_INLINE static __m128i wide_product(__m128i texels, const WeightLine* line, int two) {
+    const auto* high = reinterpret_cast<const __m128i*>(line[0].bytes.data()) + two;
+    const auto* low = reinterpret_cast<const __m128i*>(line[1].bytes.data()) + two;
+    return _mm_add_epi32(_mm_madd_epi16(_mm_maddubs_epi16(texels, _mm_load_si128(high)), _mm_set1_epi16(128)),
+                         _mm_madd_epi16(_mm_maddubs_epi16(texels, _mm_load_si128(low)), _mm_set1_epi16(1)));
+  }
+
+  // Rare, and 16 bytes wide for every instruction set.
+  [[gnu::noinline]] static Sums sum_wide(const Source& from) {
+    alignas(64) std::array<std::array<std::int32_t, kPixelsInBlock>, 3> totals{};
+    const WeightLine* line = from.line;
+    const Window* window = from.window;
+    for (const Window* end = window + from.block.window_count; window != end; ++window, line += 2) {
+      const ViewTexels& view = from.views[window->view];
+      const __m128i turned = _mm_xor_si128(_mm_set_epi64x(0x0f0e0d0c0b0a0908, 0x0706050403020100),
+                                           _mm_set1_epi32(static_cast<int>(view.flip)));
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        const std::uint8_t* row = view.window(static_cast<int>(channel), window->x, window->y);
+        const std::ptrdiff_t stride = view.stride;
+        __m128i sum = _mm_setzero_si128();
+        for (int two = 0; two < kWindowSide / 2; ++two, row += 2 * stride) {
+          const __m128i texels = _mm_shuffle_epi8(load_two_rows(row, stride), turned);
+          sum = _mm_add_epi32(sum, wide_product(texels, line, two));
+        }
+        sum = _mm_add_epi32(sum, _mm_shuffle_epi32(sum, 0x4e));
+        sum = _mm_add_epi32(sum, _mm_shuffle_epi32(sum, 0xb1));
+        totals[channel][window->start[0]] += _mm_cvtsi128_si32(sum);
+      }
+    }
+    const int bits = from.block.bits;
+    Sums sums;
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      for (int part = 0; part < kParts; ++part) {
+        const Register total = Lanes::load(totals[channel].data() + part * kBlockSide * Lanes::kGroups);
+        sums.of[channel][part] = Lanes::clamp_to_byte(
+            Lanes::shift_right(Lanes::add32(total, Lanes::all32(1 << (bits - 1))), bits));
+      }
+    }
+    return sums;
+  }
+
+  CUPOLA_INLINE Sums sum_block(const Source& from) {
+    switch (from.block.kind) {
+      case BlockKind::kNarrow8:
+        return sum_narrow<BlockKind::kNarrow8>(from);
+      case BlockKind::kSigned8:
+        return sum_narrow<BlockKind::kSigned8>(from);
+      case BlockKind::kNarrow16:
+        return sum_narrow<BlockKind::kNarrow16>(from);
+      case BlockKind::kWide16:
+        break;
+    }
+    return sum_wide(from);
+  }
+
+  // Texels for about the next tile. Windows near each other share cache lines, so two rows of each are
+  // enough, other ones from block to block.
+  CUPOLA_INLINE static void prefetch_texels(const WarpTable& table, const ViewTexels* views,
+                                            const Window* window, std::ptrdiff_t block) {
+    constexpr std::ptrdiff_t kAhead = 150;  // windows; as measured best
+    const Window* last = table.windows.data() + table.windows.size() - 1;
+    const Window& ahead = last - window > kAhead ? window[kAhead] : *last;
+    const ViewTexels& view = views[ahead.view];
+    for (int channel = 0; channel < 3; ++channel) {
+      const std::ptrdiff_t stride = view.stride;
+      const std::uint8_t* row = view.window(channel, ahead.x, ahead.y) + (block & 3) * stride;
+      __builtin_prefetch(row);
+      __builtin_prefetch(row + kWindowSide / 2 * stride);
+    }
+  }
+
+  // Sixteen pixels, each 0 to 255 a channel, into the block's four rows.
+  CUPOLA_INLINE static void store(const Sums& rgb, const Block& block, const TileImage<Xrgb>& image) {
+    const Register black = Lanes::all32(static_cast<int>(kBlackXrgb));
+    Xrgb* out = image.block(block.at);
+    for (int part = 0; part < kParts; ++part, out += Lanes::kGroups * image.stride) {
+      const Register red_green = Lanes::either(Lanes::template shift_left<16>(rgb.of[0][part]),
+                                               Lanes::template shift_left<8>(rgb.of[1][part]));
+      Register pixels = Lanes::either(red_green, rgb.of[2][part]);
+      if (block.covered != kAllPixels) {
+        const Register bit = Lanes::load(kPixelBit.data() + part * kPartBytes / 4);
+        pixels = Lanes::both(pixels, Lanes::equal32(Lanes::both(Lanes::all32(block.covered), bit), bit));
+      }
+      pixels = Lanes::either(pixels, black);
+      if (image.across) pixels = Lanes::reversed32(pixels);
+      Lanes::store_rows(pixels, out, image.stride);
+    }
+  }
+
+  void run_image(const WarpTable& table, const Tile& tile, TileImage<Xrgb> image) {
+    const Block* block = table.blocks.data() + tile.first_block;
+    const Window* window = table.windows.data() + tile.first_window;
+    const WeightLine* line = table.lines.data() + tile.first_line;
+    for (const Block* end = block + tile.block_count; block != end; ++block) {
+      prefetch_texels(table, image.views.data(), window, end - block);
+      store(sum_block({*block, window, line, image.views.data()}), *block, image);
+      window += block->window_count;
+      line += block->line_count;
+    }
+  }
+
+  // Pixels 0 to 15, each four times.
+  alignas(64) static constexpr std::array<std::uint8_t, 64> kFourTimes = [] {
+    std::array<std::uint8_t, 64> pixels{};
+    for (std::size_t i = 0; i < 64; ++i) pixels[i] = static_cast<std::uint8_t>(i / 4);
+    return pixels;
+  }();
+  alignas(64) static constexpr std::array<std::uint32_t, kPixelsInBlock> kPixelBit = [] {
+    std::array<std::uint32_t, kPixelsInBlock> bits{};
+    for (std::size_t i = 0; i < kPixelsInBlock; ++i) bits[i] = 1U << i;
+    return bits;
+  }();
+
+  static constexpr int kPairBytes = 16;
+  // Row pairs 0 to 7, and what shuffles that pick nothing may load.
+  static constexpr int kPairs = kWindowSide + 6;
+  static constexpr int kChannelBytes = kPairs * kPairBytes;
+  alignas(64) std::uint8_t pairs_[3][kPairs][kPairBytes] = {};
+};
+
+}  // namespace cupola

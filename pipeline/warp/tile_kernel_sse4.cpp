@@ -1,0 +1,62 @@
+// The warp with SSE4.1: four pixels a register.
+// SPDX-License-Identifier: MIT
+#include "pipeline/warp/tile_kernel_pairs.h"
+
+namespace cupola {
+namespace {
+
+// What PairKernel asks of a register: names say what intrinsics do, 8, 16 and 32 are bits.
+struct Sse4 {
+  using Register = __m128i;
+  static constexpr int kGroups = 1;
+
+  CUPOLA_INLINE static Register load(const void* bytes) {
+    return _mm_load_si128(static_cast<const __m128i*>(bytes));
+  }
+  CUPOLA_INLINE static Register gather(const std::uint8_t* bytes, const std::size_t* offset) {
+    return load(bytes + offset[0]);
+  }
+  CUPOLA_INLINE static Register all(__m128i bytes) { return bytes; }
+  CUPOLA_INLINE static Register all8(int value) { return _mm_set1_epi8(static_cast<char>(value)); }
+  CUPOLA_INLINE static Register all16(int value) { return _mm_set1_epi16(static_cast<short>(value)); }
+  CUPOLA_INLINE static Register all32(int value) { return _mm_set1_epi32(value); }
+
+  CUPOLA_INLINE static Register shuffle(Register a, Register index) { return _mm_shuffle_epi8(a, index); }
+  CUPOLA_INLINE static Register reversed32(Register a) { return _mm_shuffle_epi32(a, 0x1b); }
+  CUPOLA_INLINE static Register either(Register a, Register b) { return _mm_or_si128(a, b); }
+  CUPOLA_INLINE static Register both(Register a, Register b) { return _mm_and_si128(a, b); }
+  CUPOLA_INLINE static Register exclusive_or(Register a, Register b) { return _mm_xor_si128(a, b); }
+  CUPOLA_INLINE static Register equal32(Register a, Register b) { return _mm_cmpeq_epi32(a, b); }
+
+  CUPOLA_INLINE static Register add8(Register a, Register b) { return _mm_add_epi8(a, b); }
+  CUPOLA_INLINE static Register add8_saturated(Register a, Register b) { return _mm_adds_epu8(a, b); }
+  CUPOLA_INLINE static Register sub8(Register a, Register b) { return _mm_sub_epi8(a, b); }
+  CUPOLA_INLINE static Register sub16(Register a, Register b) { return _mm_sub_epi16(a, b); }
+  CUPOLA_INLINE static Register add32(Register a, Register b) { return _mm_add_epi32(a, b); }
+  // Unsigned by signed bytes, two neighbours summed.
+  CUPOLA_INLINE static Register multiply(Register u, Register s) { return _mm_maddubs_epi16(u, s); }
+  CUPOLA_INLINE static Register sum_two(Register a, Register times) { return _mm_madd_epi16(a, times); }
+  template <int kBits>
+  CUPOLA_INLINE static Register shift_left(Register a) {
+    return _mm_slli_epi32(a, kBits);
+  }
+  CUPOLA_INLINE static Register shift_right(Register a, int bits) {
+    return _mm_sra_epi32(a, _mm_cvtsi32_si128(bits));
+  }
+  CUPOLA_INLINE static Register clamp_to_byte(Register a) {
+    return _mm_min_epi32(_mm_max_epi32(a, _mm_setzero_si128()), all32(255));
+  }
+
+  CUPOLA_INLINE static void store_rows(Register pixels, Xrgb* out, std::ptrdiff_t) {
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(out), pixels);
+  }
+};
+
+}  // namespace
+
+void run_tile_sse4(const WarpTable& table, const Tile& tile,
+                   std::span<const TileImage<Xrgb>> images) noexcept {
+  PairKernel<Sse4>::run(table, tile, images);
+}
+
+}  // namespace cupola
