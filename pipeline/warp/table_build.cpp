@@ -14,7 +14,7 @@
 #include "pipeline/warp/block_code.h"
 #include "pipeline/warp/footprint.h"
 #include "pipeline/warp/quantise.h"
-#include "pipeline/warp/symmetry.h"
+#include "pipeline/warp/table_file.h"
 
 namespace cupola {
 namespace {
@@ -149,22 +149,13 @@ class TileBuilder {
     if (bits8 == 0) round_weights(bits16, 1 << kBits16);
     for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
       tile.taps += static_cast<std::int64_t>(integers_[pixel].size()) * stands_for[pixel];
-      for (const IntegerTap& tap : integers_[pixel]) include(tap, needed);
+      for (const IntegerTap& tap : integers_[pixel]) needed[tap.view].include(tap.x, tap.y);
     }
     if (bits8 != 0) return encode_narrow(integers_, table_.views, bytes.kind, bits8);
     BlockCode wide = encode_wide(integers_, table_.views, bits16);
     if (most_taps > kMostNarrowTaps) return wide;
     BlockCode narrow = encode_narrow(integers_, table_.views, BlockKind::kNarrow16, bits16);
     return wide.bytes() < narrow.bytes() ? wide : narrow;
-  }
-
-  void include(const IntegerTap& tap, std::span<NeededRegion> needed) const {
-    for (const Reflection& reflection : table_.reflections) {
-      const Reflection::Partner& partner = reflection.views[static_cast<std::size_t>(tap.view)];
-      NeededRegion& region = needed[partner.view];
-      region.include(partner.flip_u ? region.size.width - 1 - tap.x : tap.x,
-                     partner.flip_v ? region.size.height - 1 - tap.y : tap.y);
-    }
   }
 
   // Rounds to one byte a weight with as many bits as all pixels can have; their number, 0 when too few.
@@ -212,62 +203,74 @@ class TileBuilder {
   std::vector<int> weights_;
 };
 
-// The grid of tiles ends at the axes of symmetry.
-void lay_out(WarpTable& table) {
-  const Reflection& first = table.reflections.front();
-  const int width = first.across ? (table.frame.width + 1) / 2 : table.frame.width;
-  const int height = first.down ? (table.frame.height + 1) / 2 : table.frame.height;
-  table.tiles_across = (width + kTileWidth - 1) / kTileWidth;
-  table.tiles_down = (height + kTileHeight - 1) / kTileHeight;
-  if (first.across) table.left = width - table.tiles_across * kTileWidth;
-  if (first.down) table.top = height - table.tiles_down * kTileHeight;
+// The tiles' parts laid end to end, in order.
+void assemble(WarpTable& table, const Rig& rig, std::vector<TileCode>& codes, WorkerPool& pool) {
+  TableCounts counts;
+  for (TileCode& code : codes) {
+    code.tile.first_block = static_cast<std::uint32_t>(counts.blocks);
+    code.tile.first_window = static_cast<std::uint32_t>(counts.windows);
+    code.tile.first_line = static_cast<std::uint32_t>(counts.lines);
+    code.tile.first_reach = static_cast<std::uint32_t>(counts.reaches);
+    counts.blocks += code.blocks.size();
+    counts.windows += code.windows.size();
+    counts.lines += code.lines.size();
+    counts.reaches += code.reaches.size();
+    for (const Block& block : code.blocks) ++table.blocks_of_kind[static_cast<std::size_t>(block.kind)];
+    table.pixels_in_image += code.in_image;
+    table.pixels_uncovered += code.uncovered;
+    table.taps += code.taps;
+  }
+  const TableParts parts = allocate_parts(table, rig, counts);
+  pool.run(static_cast<int>(codes.size()), [&](int i) {
+    TileCode& code = codes[static_cast<std::size_t>(i)];
+    parts.tiles[static_cast<std::size_t>(i)] = code.tile;
+    std::ranges::copy(code.reaches, parts.reaches.begin() + code.tile.first_reach);
+    std::ranges::copy(code.blocks, parts.blocks.begin() + code.tile.first_block);
+    std::ranges::copy(code.windows, parts.windows.begin() + code.tile.first_window);
+    std::ranges::copy(code.lines, parts.lines.begin() + code.tile.first_line);
+    code = {};
+  });
 }
 
-void append(WarpTable& table, const TileCode& code) {
-  Tile tile = code.tile;
-  tile.first_block = static_cast<std::uint32_t>(table.blocks.size());
-  tile.first_window = static_cast<std::uint32_t>(table.windows.size());
-  tile.first_line = static_cast<std::uint32_t>(table.lines.size());
-  tile.first_reach = static_cast<std::uint32_t>(table.reaches.size());
-  table.tiles.push_back(tile);
-  for (const Block& block : code.blocks) ++table.blocks_of_kind[static_cast<std::size_t>(block.kind)];
-  table.reaches.insert(table.reaches.end(), code.reaches.begin(), code.reaches.end());
-  table.blocks.insert(table.blocks.end(), code.blocks.begin(), code.blocks.end());
-  table.windows.insert(table.windows.end(), code.windows.begin(), code.windows.end());
-  table.lines.insert(table.lines.end(), code.lines.begin(), code.lines.end());
-  table.pixels_in_image += code.in_image;
-  table.pixels_uncovered += code.uncovered;
-  table.taps += code.taps;
+// What the stored part of the frame reads of each view, and what its mirror images read.
+std::vector<NeededRegion> with_reflections(std::span<const NeededRegion> read, const WarpTable& table) {
+  std::vector<NeededRegion> needed;
+  for (const NeededRegion& region : read) needed.push_back(NeededRegion::none(region.size));
+  for (const Reflection& reflection : table.reflections) {
+    for (std::size_t view = 0; view < read.size(); ++view) {
+      const Reflection::Partner& partner = reflection.views[view];
+      const auto [width, height] = read[view].size;
+      for (int y = 0; y < height; ++y) {
+        const RowSpan& row = read[view].rows[static_cast<std::size_t>(y)];
+        if (row.empty()) continue;
+        const int there = partner.flip_v ? height - 1 - y : y;
+        needed[partner.view].include(partner.flip_u ? width - row.last : row.first, there);
+        needed[partner.view].include(partner.flip_u ? width - 1 - row.first : row.last - 1, there);
+      }
+    }
+  }
+  return needed;
 }
 
 }  // namespace
 
 WarpTable build_warp_table(const Rig& rig, WorkerPool& pool) {
-  WarpTable table;
-  table.frame = rig.frame.size;
-  for (const View& view : rig.views) {
-    table.views.push_back({std::max(view.size.width, kWindowSide), std::max(view.size.height, kWindowSide)});
-    table.needed.push_back(NeededRegion::none(view.size));
-  }
-  table.reflections = find_reflections(rig);
-  lay_out(table);
+  WarpTable table = table_head(rig);
   const FootprintGatherer gatherer(rig);
-  // A row of tiles at a time: each tile by itself in parallel, then laid end to end in order.
-  std::vector<TileCode> row(static_cast<std::size_t>(table.tiles_across));
+  std::vector<TileCode> codes(static_cast<std::size_t>(table.tile_count()));
+  std::vector<NeededRegion> read = table.needed;
   std::mutex merging;
-  for (int tile_y = 0; tile_y < table.tiles_down; ++tile_y) {
-    pool.run(table.tiles_across, [&](int tile_x) {
-      std::vector<NeededRegion> needed;
-      for (const NeededRegion& region : table.needed) needed.push_back(NeededRegion::none(region.size));
-      row[tile_x] = TileBuilder(rig, gatherer, table).build(tile_x, tile_y, needed);
-      const std::lock_guard lock(merging);
-      for (std::size_t view = 0; view < needed.size(); ++view) table.needed[view].include(needed[view]);
-    });
-    for (TileCode& tile : row) {
-      append(table, tile);
-      tile = {};
-    }
-  }
+  pool.run(table.tile_count(), [&](int i) {
+    std::vector<NeededRegion> of_tile;
+    for (const NeededRegion& region : read) of_tile.push_back(NeededRegion::none(region.size));
+    codes[static_cast<std::size_t>(i)] =
+        TileBuilder(rig, gatherer, table).build(i % table.tiles_across, i / table.tiles_across, of_tile);
+    const std::lock_guard lock(merging);
+    for (std::size_t view = 0; view < read.size(); ++view) read[view].include(of_tile[view]);
+  });
+  table.needed = with_reflections(read, table);
+  assemble(table, rig, codes, pool);
+  seal(table, pool);
   return table;
 }
 
