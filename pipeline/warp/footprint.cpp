@@ -80,6 +80,15 @@ Cone cone_of_box(const View& home, const Vec3& direction, const ViewSample& at, 
   return portable::sine_cosine(std::min(2.0 * std::sqrt(wide * wide + high * high) / fewest, 1.57));
 }
 
+// A wider cone for less work, of a view without distortion: a step along the plane at distance 1 turns what
+// the eye sees by an angle whose sine is no more than its length.
+Cone rough_cone_of_box(const View& home, double wide, double high) {
+  const double a = wide / (home.focal.x * home.size.width);
+  const double b = high / (home.focal.y * home.size.height);
+  const double sine = std::min(1.0, std::sqrt(a * a + b * b) + 1e-7);
+  return {sine, std::sqrt((1.0 - sine) * (1.0 + sine))};
+}
+
 }  // namespace
 
 bool FootprintGatherer::owns_whole_box(int home, const Vec3& direction, const Ellipse& e,
@@ -163,9 +172,13 @@ Footprint FootprintGatherer::gather(int x, int y, std::vector<Tap>& taps) const 
                         m.uu / f,
                         rig_.filter.radius * std::sqrt(m.uu),
                         rig_.filter.radius * std::sqrt(m.vv)};
-  const Cone cone = cone_of_box(rig_.views[static_cast<std::size_t>(home)], looking.direction, at,
-                                ellipse.half_width, ellipse.half_height);
-  if (owns_whole_box(home, looking.direction, ellipse, cone)) {
+  const View& view = rig_.views[static_cast<std::size_t>(home)];
+  const Cone rough = rough_cone_of_box(view, ellipse.half_width, ellipse.half_height);
+  const bool well_inside =
+      view.distortion == Distortion::kNone && owns_whole_box(home, looking.direction, ellipse, rough);
+  const Cone cone =
+      well_inside ? rough : cone_of_box(view, looking.direction, at, ellipse.half_width, ellipse.half_height);
+  if (well_inside || owns_whole_box(home, looking.direction, ellipse, cone)) {
     gather_inside(home, ellipse, taps);
   } else {
     gather_across_seams(home, looking.direction, ellipse, portable::arc_tangent2(cone.sine, cone.cosine),

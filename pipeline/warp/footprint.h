@@ -27,7 +27,8 @@ class FootprintGatherer {
  public:
   explicit FootprintGatherer(const Rig& rig) : rig_(rig) {}  // borrowed
 
-  // Fills `taps` with the footprint of pixel (x, y); the weights are above 0 and sum to 1.
+  // Fills `taps` with the footprint of pixel (x, y), view by view, row by row, from left to right; the
+  // weights are above 0 and sum to 1.
   Footprint gather(int x, int y, std::vector<Tap>& taps) const;
 
  private:
