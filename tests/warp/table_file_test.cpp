@@ -118,6 +118,28 @@ TEST_F(TableFile, IsThatOfARigWithOtherNames) {
   EXPECT_TRUE(read_table(file(), renamed, pool_));
 }
 
+// As the fuzzer does it, for every run of the tests: what gets past the checksum is refused or harmless.
+TEST_F(TableFile, CanBeExecutedWheneverItIsRead) {
+  const test::Faces faces = test::make_faces(rig_, test::noise(1, 65535), PixelFormat::kRgbPlanar16);
+  ImageBuffer frame(PixelFormat::kRgbPlanar16, rig_.frame.size);
+  std::mt19937 random(5);
+  int read = 0;
+  const auto weights =
+      static_cast<std::size_t>(reinterpret_cast<const std::byte*>(table_.lines.data()) - file().data());
+  for (int i = 0; i < 2000; ++i) {
+    MappedBytes copy = copy_of(file(), file().size());
+    for (auto changes = 1 + random() % 3; changes > 0; --changes) {
+      copy.writable()[random() % weights] = static_cast<std::byte>(random());
+    }
+    correct_checksum(copy.writable(), pool_);
+    const auto table = read_table(copy.bytes(), rig_, pool_);
+    if (!table) continue;
+    ++read;
+    make_table_warp(*table, Cpu::kScalar, pool_)->warp(faces.images, frame.pixels());
+  }
+  EXPECT_GT(read, 20);
+}
+
 // Behind a right checksum every part is still looked at.
 class TableCheck : public TableFile {
  protected:
