@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 
 #include "pipeline/frame/error.h"
@@ -31,6 +32,21 @@ Command::Command(CLI::App& program, const std::string& name, const std::string& 
 CLI::Option* Command::repeatable(const std::string& name, std::vector<std::string>& values,
                                  const std::string& description) {
   return options_->add_option(name, values, description)->allow_extra_args(false)->type_name("TEXT");
+}
+
+void Command::offer_cache() {
+  options_->add_flag(
+      "--no-cache", no_cache_,
+      "Build the warp's table, without looking for it or keeping it; CUPOLA_CACHE=off does the "
+      "same, CUPOLA_CACHE=DIR keeps tables there instead of in ~/.cache/cupola");
+}
+
+TableCache Command::cache() const {
+  return no_cache_ ? TableCache() : TableCache(cache_folder());
+}
+
+void Command::warn_about(const TableCache& cache) {
+  if (!cache.trouble().empty()) fmt::print(stderr, "cupola: the table is not kept: {}\n", cache.trouble());
 }
 
 Cpu Command::cpu() const {

@@ -10,6 +10,7 @@
 
 #include "pipeline/frame/image.h"
 #include "pipeline/warp/cpu.h"
+#include "pipeline/warp/table_cache.h"
 
 namespace cupola {
 
@@ -33,12 +34,18 @@ class Command {
                           const std::string& description);
   int threads() const { return threads_; }  // 0: one a core
   Cpu cpu() const;                          // throws InputError when the machine lacks it
+  // For commands that use tables: --no-cache, the cache that it and the environment leave, and the one line
+  // on standard error when that could not keep a table.
+  void offer_cache();
+  TableCache cache() const;
+  static void warn_about(const TableCache& cache);
   const std::vector<std::string>& overrides() const { return overrides_; }
 
  private:
   CLI::App* options_;
   int threads_ = 0;
   std::string cpu_;
+  bool no_cache_ = false;
   std::vector<std::string> overrides_;
 };
 

@@ -50,6 +50,7 @@ class PlayCommand final : public Command {
     options().add_option("--stats", stats_, "Write what was counted as JSON")->type_name("FILE");
     options().add_flag("--fast-forward", fast_forward_,
                        "Do not wait for the time of a frame (fake display only)");
+    offer_cache();
   }
 
   int run() override;
@@ -129,7 +130,9 @@ int PlayCommand::run() {
   MonotonicClock real;
   FakeClock fake;
   Clock& clock = fast_forward_ || display_ == "file" ? static_cast<Clock&>(fake) : static_cast<Clock&>(real);
-  ShowFrames frames(what, Method::kEwa, on, pool);
+  TableCache tables = cache();
+  ShowFrames frames(what, Method::kEwa, on, pool, false, &tables);
+  warn_about(tables);
   if ((fast_forward_ || display_ == "file") && seconds_ == 0.0 && !frames.timeline().length()) {
     throw InputError(fmt::format("{}: the show never ends; expected --seconds N", show_));
   }

@@ -80,6 +80,7 @@ class RenderCommand final : public Command {
         ->check(CLI::Range(0.01, 1000.0))
         ->type_name("HZ");
     options().add_flag("--faces", with_faces_, "Write the faces too, as NAME_VIEW_000001.png");
+    offer_cache();
   }
 
   int run() override;
@@ -218,7 +219,9 @@ int RenderCommand::run() {
   const Cpu on = cpu();
   WorkerPool pool(threads());
   const Show what = show();
-  ShowFrames frames(what, Method::kEwa, on, pool, with_faces_);
+  TableCache tables = cache();
+  ShowFrames frames(what, Method::kEwa, on, pool, with_faces_, &tables);
+  warn_about(tables);
   const std::vector<std::int64_t> due = numbers(range(frames));
   if (to_video()) {
     render_video(frames, due);

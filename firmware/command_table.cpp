@@ -8,12 +8,13 @@
 #include "firmware/frame_error.h"
 #include "firmware/pictures.h"
 #include "firmware/show.h"
+#include "hal/time/clock.h"
+#include "pipeline/frame/atomic_file.h"
 #include "pipeline/frame/still.h"
 #include "pipeline/optics/frame_map.h"
 #include "pipeline/source/generated_source.h"
 #include "pipeline/warp/ewa_exact.h"
 #include "pipeline/warp/ewa_warp.h"
-#include "pipeline/warp/table_build.h"
 
 namespace cupola {
 namespace {
@@ -39,6 +40,8 @@ class TableCommand final : public Command {
     options()
         .add_option("--map", map_, "Draw the frame in the colours of the views that feed it")
         ->type_name("OUT.png");
+    options().add_option("--out", out_, "Write the table as the cache keeps it")->type_name("FILE");
+    offer_cache();
   }
 
   int run() override;
@@ -50,6 +53,7 @@ class TableCommand final : public Command {
   int face_size_ = 1024;
   std::string picture_;
   std::string map_;
+  std::string out_;
 };
 
 void TableCommand::draw_cube(const Rig& rig, std::span<const NeededRegion> needed, WorkerPool& pool) const {
@@ -74,11 +78,17 @@ int TableCommand::run() {
   }
   set_view_sizes(rig, sizes);
 
-  const WarpTable table = build_warp_table(rig, pool);
+  MonotonicClock clock;
+  TableCache tables = cache();
+  const auto began = clock.now();
+  const WarpTable table = tables.table(rig, pool);
+  const double took_ms = std::chrono::duration<double, std::milli>(clock.now() - began).count();
+  warn_about(tables);
   const FrameMap map = map_frame(rig, pool);
   fmt::print("{}: {} x {} pixels, {} in the image\n", rig.file.string(), rig.frame.size.width,
              rig.frame.size.height, grouped(map.in_image));
-  fmt::print("table       {} bytes\n", grouped(static_cast<std::int64_t>(table.bytes())));
+  fmt::print("table       {} bytes, {} {:.1f} ms\n", grouped(static_cast<std::int64_t>(table.bytes())),
+             tables.found() > 0 ? "from the cache in" : "built in", took_ms);
   fmt::print("taps        {}, {:.2f} a pixel\n", grouped(table.taps),
              static_cast<double>(table.taps) /
                  std::max<double>(1.0, static_cast<double>(map.in_image - map.uncovered)));
@@ -101,6 +111,11 @@ int TableCommand::run() {
              error.max);
 
   if (!picture_.empty()) draw_cube(rig, table.needed, pool);
+  if (!out_.empty()) {
+    AtomicFile file(out_);
+    file.write(table.memory.bytes());
+    file.commit();
+  }
   if (!map_.empty()) {
     const ImageBuffer picture = coloured(map);
     write_png(map_, picture.pixels());

@@ -45,6 +45,7 @@ class WarpCommand final : public Command {
         ->check(CLI::Range(1, 1'000'000'000))
         ->type_name("N");
     options().add_option("--stats", stats_, "Write times and counts as JSON")->type_name("FILE");
+    offer_cache();
   }
 
   int run() override;
@@ -77,9 +78,11 @@ int WarpCommand::run() {
   fit_faces(rig, cue, *source);
 
   MonotonicClock clock;
+  TableCache tables = cache();
   const auto began = clock.now();
-  const std::unique_ptr<FrameWarp> warp = make_frame_warp(rig, by, on, pool);
+  const std::unique_ptr<FrameWarp> warp = make_frame_warp(rig, by, on, pool, &tables);
   const double build_s = std::chrono::duration<double>(clock.now() - began).count();
+  warn_about(tables);
 
   source->prepare(warp->needed());
   FaceSet faces;
@@ -114,6 +117,7 @@ int WarpCommand::run() {
                                         {"warps", repeat_},
                                         {"table_bytes", warp->table_bytes()},
                                         {"table_build_s", build_s},
+                                        {"table_from_cache", tables.found() > 0},
                                         {"warp_ms_median", times_ms[times_ms.size() / 2]},
                                         {"warp_ms_min", times_ms.front()},
                                         {"warp_ms_max", times_ms.back()},

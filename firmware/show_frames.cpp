@@ -44,7 +44,8 @@ CueTiming timing(const Cue& cue, const FaceSource& source) {
 
 }  // namespace
 
-ShowFrames::ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& pool, bool whole_faces)
+ShowFrames::ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& pool, bool whole_faces,
+                       TableCache* cache)
     : frame_size_(show.rig.frame.size), rate_(show.cues.front().rate), timeline_({CueTiming{}}) {
   std::vector<CueTiming> timings;
   using Needs = std::tuple<std::vector<Size>, PixelFormat, std::optional<Method>>;
@@ -61,8 +62,8 @@ ShowFrames::ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& poo
     open.warp = static_cast<std::size_t>(std::find(kinds.begin(), kinds.end(), needs) - kinds.begin());
     if (open.warp == kinds.size()) {
       kinds.push_back(needs);
-      warps_.push_back({cue.compare ? make_split_warp(open.rig, *cue.compare, method, cpu, pool)
-                                    : make_frame_warp(open.rig, method, cpu, pool),
+      warps_.push_back({cue.compare ? make_split_warp(open.rig, *cue.compare, method, cpu, pool, cache)
+                                    : make_frame_warp(open.rig, method, cpu, pool, cache),
                         ChangeHistory(faces)});
     }
     if (whole_faces) {

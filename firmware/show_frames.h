@@ -18,8 +18,9 @@ namespace cupola {
 class ShowFrames {
  public:
   // Throws InputError. `pool` is borrowed for the show's life. With `whole_faces` sources make every texel,
-  // not only those the warp reads.
-  ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& pool, bool whole_faces = false);
+  // not only those the warp reads. Tables come from `cache`, where there is one.
+  ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& pool, bool whole_faces = false,
+             TableCache* cache = nullptr);
 
   Size frame_size() const { return frame_size_; }
   double rate() const { return rate_; }  // frames a second, of the first cue

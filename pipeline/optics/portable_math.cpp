@@ -3,7 +3,9 @@
 #include "pipeline/optics/portable_math.h"
 
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace cupola::portable {
@@ -92,11 +94,13 @@ double arc_sine(double x) {
 double exponential(double x) {
   if (x < -700.0) return 0.0;
   if (x > 700.0) x = 700.0;
-  const double n = std::nearbyint(x * 1.4426950408889634);
+  constexpr double kToInteger = 0x1.8p52;  // added, it leaves no bits for a fraction: rounded to even
+  const double n = (x * 1.4426950408889634 + kToInteger) - kToInteger;
   const double r = (x - n * kLn2High) - n * kLn2Low;  // |r| <= ln 2 / 2
   double sum = 1.0;
   for (int i = 14; i >= 1; --i) sum = 1.0 + sum * r * kOneOver[i];
-  return std::ldexp(sum, static_cast<int>(n));
+  // |n| is at most 1010: 2^n and the product are exact.
+  return sum * std::bit_cast<double>(static_cast<std::uint64_t>(static_cast<int>(n) + 1023) << 52);
 }
 
 // x = 2^n m with m from sqrt(1/2) to sqrt(2); ln m = 2 artanh((m - 1) / (m + 1)), argument below 0.172.

@@ -24,8 +24,8 @@ class FootprintGatherer {
  public:
   explicit FootprintGatherer(const Rig& rig);  // borrowed
 
-  // Fills `taps` with the footprint of pixel (x, y); the weights, some of which may be
-  // negative with other kernels than the Gaussian, lie in [-1, 2] and sum to 1.
+  // Fills `taps` with the footprint of pixel (x, y), view by view, row by row, from left to right. The
+  // weights, some of which may be negative with other kernels than the Gaussian, lie in [-1, 2] and sum to 1.
   Footprint gather(int x, int y, std::vector<Tap>& taps) const;
 
  private:

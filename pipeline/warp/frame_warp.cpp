@@ -12,8 +12,8 @@ namespace {
 // A table warp that owns its table.
 class OwningTableWarp final : public FrameWarp {
  public:
-  OwningTableWarp(const Rig& rig, Cpu cpu, WorkerPool& pool)
-      : table_(build_warp_table(rig, pool)), warp_(make_table_warp(table_, cpu, pool)) {}
+  OwningTableWarp(WarpTable table, Cpu cpu, WorkerPool& pool)
+      : table_(std::move(table)), warp_(make_table_warp(table_, cpu, pool)) {}
 
   std::span<const NeededRegion> needed() const override { return warp_->needed(); }
   std::size_t table_bytes() const override { return warp_->table_bytes(); }
@@ -32,10 +32,12 @@ class OwningTableWarp final : public FrameWarp {
 
 }  // namespace
 
-std::unique_ptr<FrameWarp> make_frame_warp(const Rig& rig, Method method, Cpu cpu, WorkerPool& pool) {
+std::unique_ptr<FrameWarp> make_frame_warp(const Rig& rig, Method method, Cpu cpu, WorkerPool& pool,
+                                           TableCache* cache) {
   switch (method) {
     case Method::kEwa:
-      return std::make_unique<OwningTableWarp>(rig, cpu, pool);
+      return std::make_unique<OwningTableWarp>(cache ? cache->table(rig, pool) : build_warp_table(rig, pool),
+                                               cpu, pool);
     case Method::kEwaExact:
       return make_exact_warp(rig, pool);
     case Method::kEwaScan:

@@ -13,6 +13,7 @@
 #include "pipeline/optics/rig.h"
 #include "pipeline/parallel/worker_pool.h"
 #include "pipeline/warp/cpu.h"
+#include "pipeline/warp/table_cache.h"
 
 namespace cupola {
 
@@ -61,13 +62,14 @@ class FrameWarp {
 };
 
 // The rig's views must have sizes; the rig is copied where it is needed later. `pool` is borrowed for the
-// warp's life. `cpu` matters to kEwa only.
-std::unique_ptr<FrameWarp> make_frame_warp(const Rig& rig, Method method, Cpu cpu, WorkerPool& pool);
+// warp's life. `cpu` and `cache` matter to kEwa only; without a cache tables are built.
+std::unique_ptr<FrameWarp> make_frame_warp(const Rig& rig, Method method, Cpu cpu, WorkerPool& pool,
+                                           TableCache* cache = nullptr);
 
 // The left half of the frame by one method, the right half by another, side by side as in the paper's
 // figure 6. Throws InputError for a rig whose frame has no centre (maps of the world, cubes) or is less than
 // 2 pixels wide.
 std::unique_ptr<FrameWarp> make_split_warp(const Rig& rig, Method left, Method right, Cpu cpu,
-                                           WorkerPool& pool);
+                                           WorkerPool& pool, TableCache* cache = nullptr);
 
 }  // namespace cupola

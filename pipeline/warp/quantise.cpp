@@ -14,21 +14,21 @@ constexpr std::size_t kFewTaps = 64;
 
 void by_largest_remainder(std::span<const Tap> taps, int total, std::vector<int>& weights) {
   std::array<double, kFewTaps> remainder;
-  std::array<std::uint8_t, kFewTaps> order;
   int left = total;
   for (std::size_t i = 0; i < taps.size(); ++i) {
     const double exact = taps[i].weight * total;
-    weights[i] = static_cast<int>(std::floor(exact));
+    weights[i] = static_cast<int>(exact);
+    if (weights[i] > exact) --weights[i];  // the floor of it
     remainder[i] = exact - weights[i];
-    order[i] = static_cast<std::uint8_t>(i);
     left -= weights[i];
   }
-  const auto count = static_cast<std::ptrdiff_t>(std::clamp<int>(left, 0, static_cast<int>(taps.size())));
-  const auto end = order.begin() + static_cast<std::ptrdiff_t>(taps.size());
-  std::partial_sort(order.begin(), order.begin() + count, end, [&](std::uint8_t a, std::uint8_t b) {
-    return remainder[a] != remainder[b] ? remainder[a] > remainder[b] : a < b;
-  });
-  for (std::ptrdiff_t i = 0; i < count; ++i) ++weights[order[static_cast<std::size_t>(i)]];
+  // One more for the `left` largest remainders, of equal ones for the first: those that fewer stand before.
+  for (std::size_t i = 0; i < taps.size(); ++i) {
+    int before = 0;
+    for (std::size_t j = 0; j < i; ++j) before += remainder[j] >= remainder[i] ? 1 : 0;
+    for (std::size_t j = i + 1; j < taps.size(); ++j) before += remainder[j] > remainder[i] ? 1 : 0;
+    if (before < left) ++weights[i];
+  }
 }
 
 void by_carrying(std::span<const Tap> taps, int total, std::vector<int>& weights) {

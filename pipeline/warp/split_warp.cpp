@@ -41,7 +41,7 @@ class SplitWarp final : public FrameWarp {
 }  // namespace
 
 std::unique_ptr<FrameWarp> make_split_warp(const Rig& rig, Method left, Method right, Cpu cpu,
-                                           WorkerPool& pool) {
+                                           WorkerPool& pool, TableCache* cache) {
   const FrameModel model = rig.frame.model;
   if ((model != FrameModel::kFisheye && model != FrameModel::kChromeBall) || rig.frame.size.width < 2) {
     throw InputError(
@@ -52,8 +52,8 @@ std::unique_ptr<FrameWarp> make_split_warp(const Rig& rig, Method left, Method r
   left_rig.frame.size.width = rig.frame.size.width / 2;
   right_rig.frame.size.width = rig.frame.size.width - left_rig.frame.size.width;
   right_rig.frame.center.x -= left_rig.frame.size.width;
-  return std::make_unique<SplitWarp>(make_frame_warp(left_rig, left, cpu, pool),
-                                     make_frame_warp(right_rig, right, cpu, pool), left_rig.frame.size,
+  return std::make_unique<SplitWarp>(make_frame_warp(left_rig, left, cpu, pool, cache),
+                                     make_frame_warp(right_rig, right, cpu, pool, cache), left_rig.frame.size,
                                      right_rig.frame.size);
 }
 

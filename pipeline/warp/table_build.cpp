@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <mutex>
 #include <tuple>
@@ -14,7 +15,7 @@
 #include "pipeline/warp/block_code.h"
 #include "pipeline/warp/footprint.h"
 #include "pipeline/warp/quantise.h"
-#include "pipeline/warp/symmetry.h"
+#include "pipeline/warp/table_file.h"
 
 namespace cupola {
 namespace {
@@ -61,47 +62,64 @@ int multiplicity(const WarpTable& table, int x, int y) {
 class TileBuilder {
  public:
   TileBuilder(const Rig& rig, const FootprintGatherer& gatherer, const WarpTable& table)
-      : rig_(rig), gatherer_(gatherer), table_(table) {}
+      : rig_(rig), gatherer_(gatherer), table_(table), encoder_(table.views) {}
 
-  TileCode build(int tile_x, int tile_y, std::span<NeededRegion> needed) {
+  // `read` takes what the tile reads of each view, its mirror images left aside.
+  TileCode build(int tile_x, int tile_y, std::span<NeededRegion> read) {
     TileCode tile;
-    std::vector<BlockCode> codes;
+    std::vector<Piece> pieces;
+    TileCode in_place;  // the parts in the order of the blocks' places
     int covered = 0;
     for (int i = 0; i < kBlocksInTile; ++i) {
       const int x = table_.left + tile_x * kTileWidth + i % kBlocksAcross * kBlockSide;
       const int y = table_.top + tile_y * kTileHeight + i / kBlocksAcross * kBlockSide;
-      BlockCode code = build_block(x, y, tile, needed);
+      if (!gather(x, y, tile)) continue;
+      BlockCode& code = encode(tile, read);
+      code.block.at = static_cast<std::uint8_t>(i);
       for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
         if (footprints_[pixel].empty()) continue;
         code.block.covered = static_cast<std::uint16_t>(code.block.covered | 1 << pixel);
         ++covered;
       }
-      if (code.block.covered == 0) continue;
-      code.block.at = static_cast<std::uint8_t>(i);
-      code.block.window_count = static_cast<std::uint32_t>(code.windows.size());
-      code.block.line_count = static_cast<std::uint32_t>(code.lines.size());
-      codes.push_back(std::move(code));
+      pieces.push_back({code.block, code.windows.front(), in_place.windows.size(), in_place.lines.size()});
+      in_place.windows.insert(in_place.windows.end(), code.windows.begin(), code.windows.end());
+      in_place.lines.insert(in_place.lines.end(), code.lines.begin(), code.lines.end());
     }
     tile.tile.full = covered == kTileWidth * kTileHeight ? 1 : 0;
-    tile.tile.block_count = static_cast<std::uint16_t>(codes.size());
-    std::stable_sort(codes.begin(), codes.end(), [](const BlockCode& a, const BlockCode& b) {
-      const auto order = [](const BlockCode& code) {
-        const Window& first = code.windows.front();
-        return std::make_tuple(code.block.kind, code.block.window_count, code.block.covered != kAllPixels,
-                               (first.used + 1) / 2, first.rows, first.spread);
-      };
-      return order(a) < order(b);
-    });
-    for (const BlockCode& code : codes) {
-      tile.blocks.push_back(code.block);
-      tile.windows.insert(tile.windows.end(), code.windows.begin(), code.windows.end());
-      tile.lines.insert(tile.lines.end(), code.lines.begin(), code.lines.end());
-    }
+    tile.tile.block_count = static_cast<std::uint16_t>(pieces.size());
+    put_in_order(pieces, in_place, tile);
     note_reaches(tile);
     return tile;
   }
 
  private:
+  // A block's code, and where its windows and lines begin.
+  struct Piece {
+    Block block;
+    Window first;
+    std::size_t window, line;
+  };
+
+  static void put_in_order(std::vector<Piece>& pieces, const TileCode& in_place, TileCode& tile) {
+    std::stable_sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) {
+      const auto order = [](const Piece& piece) {
+        return std::make_tuple(piece.block.kind, piece.block.window_count, piece.block.covered != kAllPixels,
+                               (piece.first.used + 1) / 2, piece.first.rows, piece.first.spread);
+      };
+      return order(a) < order(b);
+    });
+    tile.blocks.reserve(pieces.size());
+    tile.windows.reserve(in_place.windows.size());
+    tile.lines.reserve(in_place.lines.size());
+    for (const Piece& piece : pieces) {
+      tile.blocks.push_back(piece.block);
+      const auto window = in_place.windows.begin() + static_cast<std::ptrdiff_t>(piece.window);
+      const auto line = in_place.lines.begin() + static_cast<std::ptrdiff_t>(piece.line);
+      tile.windows.insert(tile.windows.end(), window, window + piece.block.window_count);
+      tile.lines.insert(tile.lines.end(), line, line + piece.block.line_count);
+    }
+  }
+
   static void note_reaches(TileCode& tile) {
     std::array<Reach, kMostViews> reach_of;
     for (Reach& reach : reach_of) reach = {UINT16_MAX, UINT16_MAX, 0, 0, 0};
@@ -119,58 +137,93 @@ class TileBuilder {
     tile.tile.reach_count = static_cast<std::uint8_t>(tile.reaches.size());
   }
 
-  BlockCode build_block(int x, int y, TileCode& tile, std::span<NeededRegion> needed) {
-    std::size_t most_taps = 0;
-    bool negative = false;
-    std::array<int, kPixelsInBlock> stands_for{};
+  // The footprints of the block at (x, y); false when all are empty.
+  bool gather(int x, int y, TileCode& tile) {
+    most_taps_ = 0;
     for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
       std::vector<Tap>& taps = footprints_[pixel];
       taps.clear();
+      stands_for_[pixel] = 0;
       const int px = x + pixel % kBlockSide;
       const int py = y + pixel / kBlockSide;
       if (px < 0 || py < 0 || px >= rig_.frame.size.width || py >= rig_.frame.size.height) continue;
       const Footprint found = gatherer_.gather(px, py, taps);
       if (found == Footprint::kOutside) continue;
-      stands_for[pixel] = multiplicity(table_, px, py);
-      tile.in_image += stands_for[pixel];
-      if (found == Footprint::kUncovered) tile.uncovered += stands_for[pixel];
+      stands_for_[pixel] = multiplicity(table_, px, py);
+      tile.in_image += stands_for_[pixel];
+      if (found == Footprint::kUncovered) tile.uncovered += stands_for_[pixel];
       if (taps.size() > kMostTaps) {
         throw InputError(
             fmt::format("pixel ({}, {}) covers {} texels, expected at most {}: use smaller faces", px, py,
                         taps.size(), kMostTaps));
       }
-      most_taps = std::max(most_taps, taps.size());
-      for (const Tap& tap : taps) negative = negative || tap.weight < 0.0;
+      most_taps_ = std::max(most_taps_, taps.size());
     }
-    if (most_taps == 0) return {};
-    const ByteForm& bytes = negative ? kSignedBytes : kUnsignedBytes;
-    const int bits8 = rig_.filter.table == TableForm::kFast ? round_to_bytes(bytes, most_taps) : 0;
-    const int bits16 = negative ? kSignedBits16 : kBits16;
-    if (bits8 == 0) round_weights(bits16, 1 << kBits16);
-    for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
-      tile.taps += static_cast<std::int64_t>(integers_[pixel].size()) * stands_for[pixel];
-      for (const IntegerTap& tap : integers_[pixel]) include(tap, needed);
-    }
-    if (bits8 != 0) return encode_narrow(integers_, table_.views, bytes.kind, bits8);
-    BlockCode wide = encode_wide(integers_, table_.views, bits16);
-    if (most_taps > kMostNarrowTaps) return wide;
-    BlockCode narrow = encode_narrow(integers_, table_.views, BlockKind::kNarrow16, bits16);
-    return wide.bytes() < narrow.bytes() ? wide : narrow;
+    return most_taps_ > 0;
   }
 
-  void include(const IntegerTap& tap, std::span<NeededRegion> needed) const {
-    for (const Reflection& reflection : table_.reflections) {
-      const Reflection::Partner& partner = reflection.views[static_cast<std::size_t>(tap.view)];
-      NeededRegion& region = needed[partner.view];
-      region.include(partner.flip_u ? region.size.width - 1 - tap.x : tap.x,
-                     partner.flip_v ? region.size.height - 1 - tap.y : tap.y);
+  BlockCode& encode(TileCode& tile, std::span<NeededRegion> read) {
+    const Heaviest heaviest = find_heaviest();
+    const ByteForm& bytes = heaviest.negative ? kSignedBytes : kUnsignedBytes;
+    const int bits8 = rig_.filter.table == TableForm::kFast ? round_to_bytes(bytes, heaviest) : 0;
+    const int bits16 = heaviest.negative ? kSignedBits16 : kBits16;
+    if (bits8 == 0) round_weights(bits16, 1 << kBits16);
+    for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
+      tile.taps += static_cast<std::int64_t>(integers_[pixel].size()) * stands_for_[pixel];
+      include(integers_[pixel], read);
     }
+    if (bits8 != 0) {
+      encoder_.encode_narrow(integers_, bytes.kind, bits8, narrow_);
+      return narrow_;
+    }
+    encoder_.encode_wide(integers_, bits16, wide_);
+    if (most_taps_ > kMostNarrowTaps) return wide_;
+    encoder_.encode_narrow(integers_, BlockKind::kNarrow16, bits16, narrow_);
+    return wide_.bytes() < narrow_.bytes() ? wide_ : narrow_;
+  }
+
+  // Taps come row by row: the first and the last of a row include those between.
+  static void include(const PixelTaps& taps, std::span<NeededRegion> read) {
+    for (std::size_t i = 0; i < taps.size(); ++i) {
+      const IntegerTap& tap = taps[i];
+      const bool first = i == 0 || taps[i - 1].y != tap.y || taps[i - 1].view != tap.view;
+      const bool last = i + 1 == taps.size() || taps[i + 1].y != tap.y || taps[i + 1].view != tap.view;
+      if (first || last) read[tap.view].include(tap.x, tap.y);
+    }
+  }
+
+  // The block's largest weight, and the largest sum of two taps side by side.
+  struct Heaviest {
+    double one = 0.0;
+    double pair = 0.0;
+    bool negative = false;
+  };
+
+  Heaviest find_heaviest() const {
+    Heaviest heaviest;
+    for (const std::vector<Tap>& taps : footprints_) {
+      for (std::size_t i = 0; i < taps.size(); ++i) {
+        const Tap& tap = taps[i];
+        heaviest.negative = heaviest.negative || tap.weight < 0.0;
+        heaviest.one = std::max(heaviest.one, tap.weight);
+        if (i > 0 && beside(taps[i - 1], tap)) {
+          heaviest.pair = std::max(heaviest.pair, taps[i - 1].weight + tap.weight);
+        }
+      }
+    }
+    return heaviest;
   }
 
   // Rounds to one byte a weight with as many bits as all pixels can have; their number, 0 when too few.
-  int round_to_bytes(const ByteForm& form, std::size_t most_taps) {
+  int round_to_bytes(const ByteForm& form, const Heaviest& heaviest) {
+    // Rounding and what follows it take at most 2 from a weight, 3 from a pair: past that there is no need to
+    // try.
+    constexpr double kSlack = 4.0;
     for (int bits = form.most_bits; bits >= form.least_bits; --bits) {
-      if (std::sqrt(static_cast<double>(most_taps) / 12.0) / (1 << bits) > form.most_noise) return 0;
+      const double total = 1 << bits;
+      if (std::sqrt(static_cast<double>(most_taps_) / 12.0) / total > form.most_noise) return 0;
+      if (heaviest.one * total > form.most + kSlack || heaviest.pair * total > form.most_pair + kSlack)
+        continue;
       if (round_weights(bits, form.most) && fit(form)) return bits;
     }
     return 0;
@@ -179,15 +232,21 @@ class TileBuilder {
   // Whether all weights, and any two taps side by side, are in the form's range.
   bool fit(const ByteForm& form) const {
     for (const PixelTaps& taps : integers_) {
-      for (const IntegerTap& a : taps) {
-        if (a.weight < form.least) return false;
-        for (const IntegerTap& b : taps) {
-          if (b.view == a.view && b.y == a.y && b.x == a.x + 1 && a.weight + b.weight > form.most_pair)
-            return false;
+      for (std::size_t i = 0; i < taps.size(); ++i) {
+        if (taps[i].weight < form.least) return false;
+        if (i > 0 && beside(taps[i - 1], taps[i]) && taps[i - 1].weight + taps[i].weight > form.most_pair) {
+          return false;
         }
       }
     }
     return true;
+  }
+
+  // Footprints come row by row, from left to right.
+  template <class AnyTap>
+  static bool beside(const AnyTap& a, const AnyTap& b) {
+    assert(a.view != b.view || a.y < b.y || (a.y == b.y && a.x < b.x));
+    return a.x + 1 == b.x && a.y == b.y && a.view == b.view;
   }
 
   bool round_weights(int bits, int most) {
@@ -207,67 +266,84 @@ class TileBuilder {
   const Rig& rig_;
   const FootprintGatherer& gatherer_;
   const WarpTable& table_;
+  BlockEncoder encoder_;
+  // Of the block at hand.
   std::array<std::vector<Tap>, kPixelsInBlock> footprints_;
+  std::array<int, kPixelsInBlock> stands_for_{};  // pixels of the frame
+  std::size_t most_taps_ = 0;
   std::array<PixelTaps, kPixelsInBlock> integers_;
+  BlockCode narrow_, wide_;
   std::vector<int> weights_;
 };
 
-// The grid of tiles ends at the axes of symmetry.
-void lay_out(WarpTable& table) {
-  const Reflection& first = table.reflections.front();
-  const int width = first.across ? (table.frame.width + 1) / 2 : table.frame.width;
-  const int height = first.down ? (table.frame.height + 1) / 2 : table.frame.height;
-  table.tiles_across = (width + kTileWidth - 1) / kTileWidth;
-  table.tiles_down = (height + kTileHeight - 1) / kTileHeight;
-  if (first.across) table.left = width - table.tiles_across * kTileWidth;
-  if (first.down) table.top = height - table.tiles_down * kTileHeight;
+// The tiles' parts laid end to end, in order.
+void assemble(WarpTable& table, const Rig& rig, std::vector<TileCode>& codes, WorkerPool& pool) {
+  TableCounts counts;
+  for (TileCode& code : codes) {
+    code.tile.first_block = static_cast<std::uint32_t>(counts.blocks);
+    code.tile.first_window = static_cast<std::uint32_t>(counts.windows);
+    code.tile.first_line = static_cast<std::uint32_t>(counts.lines);
+    code.tile.first_reach = static_cast<std::uint32_t>(counts.reaches);
+    counts.blocks += code.blocks.size();
+    counts.windows += code.windows.size();
+    counts.lines += code.lines.size();
+    counts.reaches += code.reaches.size();
+    for (const Block& block : code.blocks) ++table.blocks_of_kind[static_cast<std::size_t>(block.kind)];
+    table.pixels_in_image += code.in_image;
+    table.pixels_uncovered += code.uncovered;
+    table.taps += code.taps;
+  }
+  const TableParts parts = allocate_parts(table, rig, counts);
+  pool.run(static_cast<int>(codes.size()), [&](int i) {
+    TileCode& code = codes[static_cast<std::size_t>(i)];
+    parts.tiles[static_cast<std::size_t>(i)] = code.tile;
+    std::ranges::copy(code.reaches, parts.reaches.begin() + code.tile.first_reach);
+    std::ranges::copy(code.blocks, parts.blocks.begin() + code.tile.first_block);
+    std::ranges::copy(code.windows, parts.windows.begin() + code.tile.first_window);
+    std::ranges::copy(code.lines, parts.lines.begin() + code.tile.first_line);
+    code = {};
+  });
 }
 
-void append(WarpTable& table, const TileCode& code) {
-  Tile tile = code.tile;
-  tile.first_block = static_cast<std::uint32_t>(table.blocks.size());
-  tile.first_window = static_cast<std::uint32_t>(table.windows.size());
-  tile.first_line = static_cast<std::uint32_t>(table.lines.size());
-  tile.first_reach = static_cast<std::uint32_t>(table.reaches.size());
-  table.tiles.push_back(tile);
-  for (const Block& block : code.blocks) ++table.blocks_of_kind[static_cast<std::size_t>(block.kind)];
-  table.reaches.insert(table.reaches.end(), code.reaches.begin(), code.reaches.end());
-  table.blocks.insert(table.blocks.end(), code.blocks.begin(), code.blocks.end());
-  table.windows.insert(table.windows.end(), code.windows.begin(), code.windows.end());
-  table.lines.insert(table.lines.end(), code.lines.begin(), code.lines.end());
-  table.pixels_in_image += code.in_image;
-  table.pixels_uncovered += code.uncovered;
-  table.taps += code.taps;
+// What the stored part of the frame reads of each view, and what its mirror images read.
+std::vector<NeededRegion> with_reflections(std::span<const NeededRegion> read, const WarpTable& table) {
+  std::vector<NeededRegion> needed;
+  for (const NeededRegion& region : read) needed.push_back(NeededRegion::none(region.size));
+  for (const Reflection& reflection : table.reflections) {
+    for (std::size_t view = 0; view < read.size(); ++view) {
+      const Reflection::Partner& partner = reflection.views[view];
+      const auto [width, height] = read[view].size;
+      for (int y = 0; y < height; ++y) {
+        const RowSpan& row = read[view].rows[static_cast<std::size_t>(y)];
+        if (row.empty()) continue;
+        const int there = partner.flip_v ? height - 1 - y : y;
+        needed[partner.view].include(partner.flip_u ? width - row.last : row.first, there);
+        needed[partner.view].include(partner.flip_u ? width - 1 - row.first : row.last - 1, there);
+      }
+    }
+  }
+  return needed;
 }
 
 }  // namespace
 
 WarpTable build_warp_table(const Rig& rig, WorkerPool& pool) {
-  WarpTable table;
-  table.frame = rig.frame.size;
-  for (const View& view : rig.views) {
-    table.views.push_back({std::max(view.size.width, kWindowSide), std::max(view.size.height, kWindowSide)});
-    table.needed.push_back(NeededRegion::none(view.size));
-  }
-  table.reflections = find_reflections(rig);
-  lay_out(table);
+  WarpTable table = table_head(rig);
   const FootprintGatherer gatherer(rig);
-  // A row of tiles at a time: each tile by itself in parallel, then laid end to end in order.
-  std::vector<TileCode> row(static_cast<std::size_t>(table.tiles_across));
+  std::vector<TileCode> codes(static_cast<std::size_t>(table.tile_count()));
+  std::vector<NeededRegion> read = table.needed;
   std::mutex merging;
-  for (int tile_y = 0; tile_y < table.tiles_down; ++tile_y) {
-    pool.run(table.tiles_across, [&](int tile_x) {
-      std::vector<NeededRegion> needed;
-      for (const NeededRegion& region : table.needed) needed.push_back(NeededRegion::none(region.size));
-      row[tile_x] = TileBuilder(rig, gatherer, table).build(tile_x, tile_y, needed);
-      const std::lock_guard lock(merging);
-      for (std::size_t view = 0; view < needed.size(); ++view) table.needed[view].include(needed[view]);
-    });
-    for (TileCode& tile : row) {
-      append(table, tile);
-      tile = {};
-    }
-  }
+  pool.run(table.tile_count(), [&](int i) {
+    std::vector<NeededRegion> of_tile;
+    for (const NeededRegion& region : read) of_tile.push_back(NeededRegion::none(region.size));
+    codes[static_cast<std::size_t>(i)] =
+        TileBuilder(rig, gatherer, table).build(i % table.tiles_across, i / table.tiles_across, of_tile);
+    const std::lock_guard lock(merging);
+    for (std::size_t view = 0; view < read.size(); ++view) read[view].include(of_tile[view]);
+  });
+  table.needed = with_reflections(read, table);
+  assemble(table, rig, codes, pool);
+  seal(table, pool);
   return table;
 }
 

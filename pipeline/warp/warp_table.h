@@ -28,8 +28,10 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "pipeline/frame/mapped_bytes.h"
 #include "pipeline/optics/needed_region.h"
 
 namespace cupola {
@@ -120,7 +122,9 @@ struct Reflection {
   std::array<Partner, kMostViews> views{};
 };
 
+// Made by the builder or read from a file, and then the same.
 struct WarpTable {
+  // Follow from the rig.
   Size frame;
   std::vector<Size> views;  // at least 8 x 8: smaller ones are padded for the kernels
   int left = 0;             // frame pixel of the first tile's corner; 0 or less
@@ -128,11 +132,13 @@ struct WarpTable {
   int tiles_across = 0;
   int tiles_down = 0;
   std::vector<Reflection> reflections;  // 1, 2 or 4; the first has all mirrors, the last none
-  std::vector<Tile> tiles;              // row by row
-  std::vector<Reach> reaches;
-  std::vector<Block> blocks;
-  std::vector<Window> windows;
-  std::vector<WeightLine> lines;
+
+  // Lie in `memory`.
+  std::span<const Tile> tiles;  // row by row
+  std::span<const Reach> reaches;
+  std::span<const Block> blocks;
+  std::span<const Window> windows;
+  std::span<const WeightLine> lines;
 
   // What went in, of the whole frame, for reports.
   std::int64_t pixels_in_image = 0;
@@ -141,10 +147,12 @@ struct WarpTable {
   std::array<std::int64_t, kBlockKinds> blocks_of_kind{};  // as stored
   std::vector<NeededRegion> needed;                        // texels with a weight, view by view
 
+  MappedBytes memory;  // all of it as table_file.h has it
+
   int tile_count() const { return tiles_across * tiles_down; }
   std::size_t bytes() const {
-    return tiles.size() * sizeof(Tile) + reaches.size() * sizeof(Reach) + blocks.size() * sizeof(Block) +
-           windows.size() * sizeof(Window) + lines.size() * sizeof(WeightLine);
+    return tiles.size_bytes() + reaches.size_bytes() + blocks.size_bytes() + windows.size_bytes() +
+           lines.size_bytes();
   }
 };
 

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: MIT
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <array>
+#include <filesystem>
 #include <regex>
 #include <set>
 
@@ -22,6 +24,34 @@ TEST_F(Table, PrintsWhatTheTableHoldsAndReads) {
                            "error +0\\.[0-9]+ steps RMS, [0-9.]+ at most"}) {
     EXPECT_TRUE(std::regex_search(outcome.out, std::regex(line))) << line << "\n" << outcome.out;
   }
+}
+
+TEST_F(Table, ComesFromTheCacheTheSecondTime) {
+  const std::vector<std::string> arguments = {"table", "--rig", path("rig.toml"), "--face-size", "48"};
+  const auto with = [&](std::vector<std::string> more, const std::string& variable) {
+    more.insert(more.begin(), arguments.begin(), arguments.end());
+    const Outcome outcome = call(more, {.environment = {variable}});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    return outcome.out;
+  };
+  const std::string cache = "CUPOLA_CACHE=" + path("cache");
+  EXPECT_THAT(with({}, cache), testing::HasSubstr("built in"));
+  EXPECT_THAT(with({"--out", path("a.table")}, cache), testing::HasSubstr("from the cache in"));
+  EXPECT_THAT(with({"--no-cache", "--out", path("b.table")}, cache), testing::HasSubstr("built in"));
+  EXPECT_THAT(with({}, "CUPOLA_CACHE=off"), testing::HasSubstr("built in"));
+  const auto files = std::filesystem::directory_iterator(path("cache"));
+  const std::string kept = read_text(files->path());
+  EXPECT_EQ(read_text(path("a.table")), kept);
+  EXPECT_EQ(read_text(path("b.table")), kept);
+}
+
+TEST_F(Table, IsBuiltWithOneWarningWhereTheCacheCannotBeWritten) {
+  const Outcome outcome = call({"table", "--rig", path("rig.toml"), "--face-size", "48"},
+                               {.environment = {"CUPOLA_CACHE=/proc/nowhere"}});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_THAT(outcome.err, testing::HasSubstr("the table is not kept: /proc/nowhere/"));
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
 }
 
 TEST_F(Table, DrawsTheUnfoldedCubeDarkWhereNothingIsNeeded) {

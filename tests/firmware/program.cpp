@@ -58,6 +58,7 @@ Outcome call(const std::vector<std::string>& arguments, const Circumstances& cir
     dup2(err[1], 2);
     const int none = open("/dev/null", O_RDONLY);
     dup2(none, 0);
+    setenv("CUPOLA_CACHE", "off", 1);  // unless a test says otherwise
     for (const std::string& line : circumstances.environment) putenv(const_cast<char*>(line.c_str()));
     circumstances.in_child();
     execv(CUPOLA_PROGRAM, words.data());

@@ -1,11 +1,14 @@
-// Writes the seeds of the fuzzers: FOLDER/still and FOLDER/y4m.
+// Writes the seeds of the fuzzers: FOLDER/still, FOLDER/table and FOLDER/y4m.
 // SPDX-License-Identifier: MIT
 #include <cstdio>
 #include <string>
 #include <utility>
 
+#include "pipeline/frame/atomic_file.h"
 #include "pipeline/frame/still.h"
+#include "pipeline/warp/table_build.h"
 #include "tests/frame/picture_files.h"
+#include "tests/fuzz/table_seed.h"
 
 int main(int count, char** words) {
   using namespace cupola;
@@ -39,4 +42,11 @@ int main(int count, char** words) {
     const std::string start = std::string("YUV4MPEG2 W2 H2 F25:1 Ip A1:1 C") + tag + " XCOLORRANGE=FULL\n";
     write_text(videos / (std::string(tag) + ".y4m"), start + "FRAME\n" + std::string(bytes, 'x'));
   }
+  const std::filesystem::path tables = std::filesystem::path(words[1]) / "table";
+  std::filesystem::create_directories(tables);
+  WorkerPool pool(1);
+  const WarpTable table = build_warp_table(table_fuzz_rig(), pool);
+  AtomicFile file(tables / "small.table");
+  file.write(table.memory.bytes());
+  file.commit();
 }

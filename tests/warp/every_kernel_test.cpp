@@ -135,7 +135,8 @@ class EveryKernel : public testing::TestWithParam<Cpu> {
         sizes.push_back({between(random, kWindowSide, 40), between(random, kWindowSide, 40)});
         views.push_back(std::make_unique<GuardedView>(random, sizes.back()));
       }
-      const WarpTable table = test::random_table(random, kinds, sizes, 3);
+      const test::RandomTable parts = test::random_table(random, kinds, sizes, 3);
+      const WarpTable& table = parts.table;
       const TilePictures pictures(random, views);
       for (int pattern = 0; pattern < 4; ++pattern) {
         for (const auto& view : views) view->fill(random, pattern);

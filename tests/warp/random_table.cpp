@@ -173,8 +173,10 @@ void add_lines(const Draft& draft, std::vector<WeightLine>& lines) {
 
 }  // namespace
 
-WarpTable random_table(Random& random, std::span<const BlockKind> kinds, std::vector<Size> views, int tiles) {
-  WarpTable table;
+RandomTable random_table(Random& random, std::span<const BlockKind> kinds, std::vector<Size> views,
+                         int tiles) {
+  RandomTable parts;
+  WarpTable& table = parts.table;
   table.frame = {tiles * kTileWidth, kTileHeight};
   table.views = std::move(views);
   table.tiles_across = tiles;
@@ -182,9 +184,9 @@ WarpTable random_table(Random& random, std::span<const BlockKind> kinds, std::ve
   table.reflections.resize(1);
   for (int i = 0; i < tiles; ++i) {
     Tile tile;
-    tile.first_block = static_cast<std::uint32_t>(table.blocks.size());
-    tile.first_window = static_cast<std::uint32_t>(table.windows.size());
-    tile.first_line = static_cast<std::uint32_t>(table.lines.size());
+    tile.first_block = static_cast<std::uint32_t>(parts.blocks.size());
+    tile.first_window = static_cast<std::uint32_t>(parts.windows.size());
+    tile.first_line = static_cast<std::uint32_t>(parts.lines.size());
     tile.block_count = static_cast<std::uint16_t>(between(random, 1, 24));
     std::vector<std::uint8_t> places(kBlocksInTile);
     std::iota(places.begin(), places.end(), std::uint8_t{0});
@@ -193,17 +195,21 @@ WarpTable random_table(Random& random, std::span<const BlockKind> kinds, std::ve
       const auto kind =
           kinds[static_cast<std::size_t>(between(random, 0, static_cast<int>(kinds.size()) - 1))];
       Draft draft = random_block(random, kind, table.views);
-      const std::size_t first_line = table.lines.size();
-      add_lines(draft, table.lines);
+      const std::size_t first_line = parts.lines.size();
+      add_lines(draft, parts.lines);
       draft.block.at = places[b];
       draft.block.window_count = static_cast<std::uint32_t>(draft.windows.size());
-      draft.block.line_count = static_cast<std::uint32_t>(table.lines.size() - first_line);
-      table.blocks.push_back(draft.block);
-      table.windows.insert(table.windows.end(), draft.windows.begin(), draft.windows.end());
+      draft.block.line_count = static_cast<std::uint32_t>(parts.lines.size() - first_line);
+      parts.blocks.push_back(draft.block);
+      parts.windows.insert(parts.windows.end(), draft.windows.begin(), draft.windows.end());
     }
-    table.tiles.push_back(tile);
+    parts.tiles.push_back(tile);
   }
-  return table;
+  table.tiles = parts.tiles;
+  table.blocks = parts.blocks;
+  table.windows = parts.windows;
+  table.lines = parts.lines;
+  return parts;
 }
 
 }  // namespace cupola::test

@@ -15,7 +15,17 @@ using Random = std::mt19937;
 // least..most
 int between(Random& random, int least, int most);
 
+// A table and the memory of its parts.
+struct RandomTable {
+  std::vector<Tile> tiles;
+  std::vector<Block> blocks;
+  std::vector<Window> windows;
+  std::vector<WeightLine> lines;
+  WarpTable table;
+};
+
 // A table of `tiles` tiles over views of the given sizes; a tile holds some blocks of some of `kinds`.
-WarpTable random_table(Random& random, std::span<const BlockKind> kinds, std::vector<Size> views, int tiles);
+RandomTable random_table(Random& random, std::span<const BlockKind> kinds, std::vector<Size> views,
+                         int tiles);
 
 }  // namespace cupola::test

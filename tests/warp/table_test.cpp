@@ -115,7 +115,7 @@ TEST(RandomTable, KeepsThePromisesThatKernelsRelyOn) {
   for (const BlockKind kind :
        {BlockKind::kNarrow8, BlockKind::kSigned8, BlockKind::kNarrow16, BlockKind::kWide16}) {
     for (int i = 0; i < 20; ++i) {
-      expect_sound(test::random_table(random, std::array{kind}, {{8, 8}, {40, 17}}, 3));
+      expect_sound(test::random_table(random, std::array{kind}, {{8, 8}, {40, 17}}, 3).table);
     }
   }
 }
