@@ -143,6 +143,8 @@ std::string fault(const Lens& lens) {
     if (rim > kPi) return fmt::format("expected phi(1) of at most pi, not {:.6f}", rim);
   }
   if (lens.model == LensModel::kOpencvFisheye) {
+    const auto [rim, slope] = opencv_radius(lens.coefficients, lens.half_fov);
+    if (bad(rim) || bad(slope)) return "expected coefficients whose radius at fov_deg / 2 is finite";
     const double fold =
         first_fold([&](double t) { return opencv_radius(lens.coefficients, t * lens.half_fov).slope; });
     if (fold <= 1.0) {

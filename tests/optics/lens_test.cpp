@@ -97,5 +97,10 @@ TEST(Lens, OtherFaultsAreNamed) {
   EXPECT_NE(fault({LensModel::kPolynomial, 0, {0, 0, 0}, ""}), "");
 }
 
+TEST(LensFault, NamesCoefficientsThatOverflow) {
+  EXPECT_NE(fault({LensModel::kOpencvFisheye, 3.0, {1e308}, {}}), "");
+  EXPECT_NE(fault({LensModel::kPolynomial, 0.0, {0.0, 1e308, 1e308}, {}}), "");
+}
+
 }  // namespace
 }  // namespace cupola
