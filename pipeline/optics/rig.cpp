@@ -119,7 +119,7 @@ FilterSettings read_filter(SettingsTable table) {
   filter.rec = table.number("rec", 0.0, 16.0, filter.rec);
   filter.noise = table.number("noise", 1e-6, 1.0, filter.noise);
   if (filter.kernel == Kernel::kGaussian && filter.alpha * filter.radius * filter.radius > kFaintest) {
-    table.refuse("alpha",
+    table.refuse(table.has("alpha") || !table.has("radius") ? "alpha" : "radius",
                  fmt::format("expected alpha x radius^2 of at most {}: weights at the footprint's rim vanish",
                              kFaintest));
   }

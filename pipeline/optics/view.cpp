@@ -50,7 +50,7 @@ PlanePoint unbend(const std::array<double, 8>& c, PlanePoint target) {
     const double db = (j.aa * eb - j.ba * ea) / det;
     p.a -= da;
     p.b -= db;
-    if (std::abs(da) + std::abs(db) < 1e-15) break;
+    if (std::abs(da) + std::abs(db) < 1e-15 * (1.0 + std::abs(p.a) + std::abs(p.b))) break;
   }
   return p;
 }
