@@ -243,13 +243,17 @@ void append(WarpTable& table, const TileCode& code) {
 }  // namespace
 
 WarpTable build_warp_table(const Rig& rig, WorkerPool& pool) {
+  return build_warp_table(rig, find_reflections(rig), pool);
+}
+
+WarpTable build_warp_table(const Rig& rig, const std::vector<Reflection>& reflections, WorkerPool& pool) {
   WarpTable table;
   table.frame = rig.frame.size;
   for (const View& view : rig.views) {
     table.views.push_back({std::max(view.size.width, kWindowSide), std::max(view.size.height, kWindowSide)});
     table.needed.push_back(NeededRegion::none(view.size));
   }
-  table.reflections = find_reflections(rig);
+  table.reflections = reflections;
   lay_out(table);
   const FootprintGatherer gatherer(rig);
   // A row of tiles at a time: each tile by itself in parallel, then laid end to end in order.
