@@ -26,7 +26,8 @@ struct Covariance {
   double uu, uv, vv;
 };
 
-Covariance covariance(const ViewSample& at, const DirectionAndSlope& looking, const FilterSettings& filter) {
+Covariance covariance(const View& home, const ViewSample& at, const DirectionAndSlope& looking,
+                      const FilterSettings& filter) {
   const double ux = glm::dot(at.du, looking.d_da);
   const double uy = glm::dot(at.du, looking.d_db);
   const double vx = glm::dot(at.dv, looking.d_da);
@@ -47,7 +48,7 @@ Covariance covariance(const ViewSample& at, const DirectionAndSlope& looking, co
     m = {m.uu + lift * (large - m.uu), m.uv - lift * m.uv, m.vv + lift * (large - m.vv)};
   }
   m.uu += filter.rec;
-  m.vv += filter.rec;
+  m.vv += filter.rec * home.rec_v;
   return m;
 }
 
@@ -154,7 +155,7 @@ Footprint FootprintGatherer::gather(int x, int y, std::vector<Tap>& taps) const 
   if (home < 0 || !project(rig_.views[static_cast<std::size_t>(home)], looking.direction, at)) {
     return Footprint::kUncovered;
   }
-  const Covariance m = covariance(at, looking, rig_.filter);
+  const Covariance m = covariance(rig_.views[static_cast<std::size_t>(home)], at, looking, rig_.filter);
   const double f = m.uu * m.vv - m.uv * m.uv;
   const Ellipse ellipse{at.uv.x,
                         at.uv.y,

@@ -82,13 +82,13 @@ CUPOLA_INLINE __m512i flip_of(const ViewTexels& view) {
 }
 
 // Where in the window each pixel's first patch row lies: 4 bytes a pixel.
-CUPOLA_INLINE __m512i patch_index(const Window& window, __m512i flip) {
+CUPOLA_INLINE __m512i patch_index(const Window& window) {
   const __m512i four_times = _mm512_setr_epi32(
       0x00000000, 0x01010101, 0x02020202, 0x03030303, 0x04040404, 0x05050505, 0x06060606, 0x07070707,
       0x08080808, 0x09090909, 0x0a0a0a0a, 0x0b0b0b0b, 0x0c0c0c0c, 0x0d0d0d0d, 0x0e0e0e0e, 0x0f0f0f0f);
   const __m128i start = _mm_loadu_si128(reinterpret_cast<const __m128i*>(window.start.data()));
   const __m512i corner = _mm512_permutexvar_epi8(four_times, _mm512_castsi128_si512(start));
-  return _mm512_xor_si512(_mm512_add_epi8(corner, _mm512_set1_epi32(0x03020100)), flip);
+  return _mm512_add_epi8(corner, _mm512_set1_epi32(0x03020100));
 }
 
 CUPOLA_INLINE __m512i join(__m512i high, __m512i low) {
@@ -151,11 +151,12 @@ CUPOLA_INLINE void store(const Channels<kCount>& channels, const Block& block,
   }
 }
 
-// The run_ functions go on as long as blocks are of their kind, so that constants stay in registers.
+// The run_ functions go on as long as blocks are of their kind, so that constants stay in registers. They
+// make kImages images of a block together; the first of them runs leftward with kAcross, a second never.
 
 // kSigned: bytes are weights plus kBias8, whose share is summed beside and taken off again.
-template <bool kSigned, bool kAcross, int kStep, class Pixel>
-void run_bytes(Cursor& at, const TileImage<Pixel>& image) {
+template <bool kSigned, bool kAcross, int kStep, int kImages, class Pixel>
+void run_bytes(Cursor& at, const TileImage<Pixel>* images) {
   using F = Form<Pixel, kStep>;
   // Texels go in less 128 as the signed factor: 128 * 2^bits puts it back, 2^(bits - 1) rounds.
   static constexpr auto kStart = [] {
@@ -173,34 +174,43 @@ void run_bytes(Cursor& at, const TileImage<Pixel>& image) {
   const WeightLine* line = at.line;
   do {
     const __m512i start = _mm512_set1_epi32(kStart[block->bits]);
-    Channels<F::kCount> sum;
-    for (int channel = 0; channel < F::kCount; ++channel) sum[channel] = start;
-    Channels<F::kCount> biased{};
+    Channels<F::kCount> sum[kImages];
+    Channels<F::kCount> biased[kImages]{};
+    for (int i = 0; i < kImages; ++i) {
+      for (int channel = 0; channel < F::kCount; ++channel) sum[i][channel] = start;
+    }
     for (const Window* end = window + block->window_count; window != end; ++window) {
-      const ViewTexels& view = image.views[window->view];
-      Channels<F::kCount> texels = load_windows(view, *window, load);
-      for (int channel = 0; channel < F::kCount; ++channel)
-        texels[channel] = _mm512_xor_si512(texels[channel], sign);
-      __m512i index = patch_index(*window, flip_of(view));
+      Texels<kImages, F::kCount> texels = load_windows<kImages>(images, *window, load);
+      __m512i index[kImages];
+      for (int i = 0; i < kImages; ++i) {
+        for (int channel = 0; channel < F::kCount; ++channel)
+          texels.of[i][channel] = _mm512_xor_si512(texels.of[i][channel], sign);
+        index[i] = _mm512_xor_si512(patch_index(*window), flip_of(images[i].views[window->view]));
+      }
       repeat_rows(window->rows, [&]() CUPOLA_INLINE_LAMBDA {
         const __m512i weights = next_line(line);
-        for (int channel = 0; channel < F::kCount; ++channel) {
-          const __m512i patch = _mm512_permutexvar_epi8(index, texels[channel]);
-          sum[channel] = _mm512_dpbusd_epi32(sum[channel], weights, patch);
-          if constexpr (kSigned) biased[channel] = _mm512_dpbusd_epi32(biased[channel], bias, patch);
+        for (int i = 0; i < kImages; ++i) {
+          for (int channel = 0; channel < F::kCount; ++channel) {
+            const __m512i patch = _mm512_permutexvar_epi8(index[i], texels.of[i][channel]);
+            sum[i][channel] = _mm512_dpbusd_epi32(sum[i][channel], weights, patch);
+            if constexpr (kSigned) biased[i][channel] = _mm512_dpbusd_epi32(biased[i][channel], bias, patch);
+          }
+          index[i] = _mm512_add_epi8(index[i], next_row);
         }
-        index = _mm512_add_epi8(index, next_row);
       });
     }
-    for (int channel = 0; channel < F::kCount; ++channel) {
-      if constexpr (kSigned) {
-        sum[channel] =
-            clamped<F::kMost>(shifted<F::kFraction>(_mm512_sub_epi32(sum[channel], biased[channel]), *block));
-      } else {
-        sum[channel] = shifted<F::kFraction>(sum[channel], *block);
+    for (int i = 0; i < kImages; ++i) {
+      for (int channel = 0; channel < F::kCount; ++channel) {
+        if constexpr (kSigned) {
+          const __m512i unbiased = _mm512_sub_epi32(sum[i][channel], biased[i][channel]);
+          sum[i][channel] = clamped<F::kMost>(shifted<F::kFraction>(unbiased, *block));
+        } else {
+          sum[i][channel] = shifted<F::kFraction>(sum[i][channel], *block);
+        }
       }
     }
-    store<kAcross>(sum, *block, image);
+    store<kAcross>(sum[0], *block, images[0]);
+    if constexpr (kImages == 2) store<false>(sum[1], *block, images[1]);
     ++block;
   } while (block != at.last && block->kind == (kSigned ? BlockKind::kSigned8 : BlockKind::kNarrow8));
   at = {block, at.last, window, line};
@@ -219,8 +229,8 @@ CUPOLA_INLINE Channels<F::kCount> finish16(const Channels<F::kCount>& high, cons
   return channels;
 }
 
-template <bool kAcross, int kStep, class Pixel>
-void run_pairs(Cursor& at, const TileImage<Pixel>& image) {
+template <bool kAcross, int kStep, int kImages, class Pixel>
+void run_pairs(Cursor& at, const TileImage<Pixel>* images) {
   using F = Form<Pixel, kStep>;
   const __m512i next_row = _mm512_set1_epi8(kWindowSide);
   const WindowLoad<F::kCount, kStep> load;
@@ -228,30 +238,34 @@ void run_pairs(Cursor& at, const TileImage<Pixel>& image) {
   const Window* window = at.window;
   const WeightLine* line = at.line;
   do {
-    Channels<F::kCount> high{};
-    Channels<F::kCount> low{};
+    Channels<F::kCount> high[kImages]{};
+    Channels<F::kCount> low[kImages]{};
     for (const Window* end = window + block->window_count; window != end; ++window) {
-      const ViewTexels& view = image.views[window->view];
-      const Channels<F::kCount> texels = load_windows(view, *window, load);
-      __m512i index = patch_index(*window, flip_of(view));
+      const Texels<kImages, F::kCount> texels = load_windows<kImages>(images, *window, load);
+      __m512i index[kImages];
+      for (int i = 0; i < kImages; ++i)
+        index[i] = _mm512_xor_si512(patch_index(*window), flip_of(images[i].views[window->view]));
       repeat_rows(window->rows, [&]() CUPOLA_INLINE_LAMBDA {
         const __m512i weights_high = next_line(line);
         const __m512i weights_low = next_line(line);
-        for (int channel = 0; channel < F::kCount; ++channel) {
-          const __m512i patch = _mm512_permutexvar_epi8(index, texels[channel]);
-          high[channel] = _mm512_dpbusd_epi32(high[channel], patch, weights_high);
-          low[channel] = _mm512_dpbusd_epi32(low[channel], patch, weights_low);
+        for (int i = 0; i < kImages; ++i) {
+          for (int channel = 0; channel < F::kCount; ++channel) {
+            const __m512i patch = _mm512_permutexvar_epi8(index[i], texels.of[i][channel]);
+            high[i][channel] = _mm512_dpbusd_epi32(high[i][channel], patch, weights_high);
+            low[i][channel] = _mm512_dpbusd_epi32(low[i][channel], patch, weights_low);
+          }
+          index[i] = _mm512_add_epi8(index[i], next_row);
         }
-        index = _mm512_add_epi8(index, next_row);
       });
     }
-    store<kAcross>(finish16<F>(high, low, *block), *block, image);
+    store<kAcross>(finish16<F>(high[0], low[0], *block), *block, images[0]);
+    if constexpr (kImages == 2) store<false>(finish16<F>(high[1], low[1], *block), *block, images[1]);
     ++block;
   } while (block != at.last && block->kind == BlockKind::kNarrow16);
   at = {block, at.last, window, line};
 }
 
-// One block: its windows are many.
+// One block of one image: its windows are many.
 template <bool kAcross, int kStep, class Pixel>
 void run_wide(Cursor& at, const TileImage<Pixel>& image) {
   using F = Form<Pixel, kStep>;
@@ -268,7 +282,7 @@ void run_wide(Cursor& at, const TileImage<Pixel>& image) {
     Channels<F::kCount> low{};
     for (; window != end && window->start[0] == pixel; ++window, line += 2) {
       const ViewTexels& view = image.views[window->view];
-      const Channels<F::kCount> texels = load_windows(view, *window, load);
+      const Channels<F::kCount> texels = load_windows<1>(&image, *window, load).of[0];
       const __m512i turned = _mm512_xor_si512(in_order, flip_of(view));
       const __m512i weights_high = _mm512_permutexvar_epi8(turned, _mm512_load_si512(line));
       const __m512i weights_low = _mm512_permutexvar_epi8(turned, _mm512_load_si512(line + 1));
@@ -288,36 +302,54 @@ void run_wide(Cursor& at, const TileImage<Pixel>& image) {
   at = {at.block + 1, at.last, window, line};
 }
 
-template <bool kAcross, int kStep, class Pixel>
-void run_image(const WarpTable& table, const Tile& tile, const TileImage<Pixel>& image) {
+template <bool kAcross, int kStep, int kImages, class Pixel>
+void run_image(const WarpTable& table, const Tile& tile, const TileImage<Pixel>* images) {
   const Block* first = table.blocks.data() + tile.first_block;
   Cursor at{first, first + tile.block_count, table.windows.data() + tile.first_window,
             table.lines.data() + tile.first_line};
   while (at.block != at.last) {
     switch (at.block->kind) {
       case BlockKind::kNarrow8:
-        run_bytes<false, kAcross, kStep>(at, image);
+        run_bytes<false, kAcross, kStep, kImages>(at, images);
         break;
       case BlockKind::kSigned8:
-        run_bytes<true, kAcross, kStep>(at, image);
+        run_bytes<true, kAcross, kStep, kImages>(at, images);
         break;
       case BlockKind::kNarrow16:
-        run_pairs<kAcross, kStep>(at, image);
+        run_pairs<kAcross, kStep, kImages>(at, images);
         break;
-      case BlockKind::kWide16:
-        run_wide<kAcross, kStep>(at, image);
+      case BlockKind::kWide16: {
+        const Cursor here = at;
+        run_wide<kAcross, kStep>(at, images[0]);
+        if constexpr (kImages == 2) {
+          at = here;
+          run_wide<false, kStep>(at, images[1]);
+        }
         break;
+      }
     }
   }
 }
 
+// Three channels keep the processor busy by themselves; with fewer, two images share what reading the table
+// costs.
 template <int kStep, class Pixel>
 void run_images(const WarpTable& table, const Tile& tile, std::span<const TileImage<Pixel>> images) {
-  for (const TileImage<Pixel>& image : images) {
-    if (image.across) {
-      run_image<true, kStep>(table, tile, image);
+  constexpr bool kTogether = Form<Pixel, kStep>::kCount < 3;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const TileImage<Pixel>* image = &images[i];
+    if (kTogether && i + 1 < images.size() && !images[i + 1].across) {
+      ++i;
+      if constexpr (!kTogether) {
+      } else if (image->across) {
+        run_image<true, kStep, 2>(table, tile, image);
+      } else {
+        run_image<false, kStep, 2>(table, tile, image);
+      }
+    } else if (image->across) {
+      run_image<true, kStep, 1>(table, tile, image);
     } else {
-      run_image<false, kStep>(table, tile, image);
+      run_image<false, kStep, 1>(table, tile, image);
     }
   }
 }

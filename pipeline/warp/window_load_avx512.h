@@ -126,20 +126,36 @@ class WindowLoad<2, 4> {
   }
 };
 
-template <int kCount, int kStep>
-CUPOLA_INLINE Channels<kCount> load_windows(const ViewTexels& view, const Window& window,
-                                            const WindowLoad<kCount, kStep>& load) {
-  const std::uint8_t* texels = view.window(window.x, window.y);
+// The same window of several images.
+template <int kImages, int kCount>
+struct Texels {
+  Channels<kCount> of[kImages];
+};
+
+template <int kImages, int kRows, int kCount, int kStep, class Pixel>
+CUPOLA_INLINE Texels<kImages, kCount> load_rows(const TileImage<Pixel>* images, const Window& window,
+                                                const WindowLoad<kCount, kStep>& load) {
+  Texels<kImages, kCount> texels;
+  for (int i = 0; i < kImages; ++i) {
+    const ViewTexels& view = images[i].views[window.view];
+    texels.of[i] = load.template rows<kRows>(view, view.window(window.x, window.y));
+  }
+  return texels;
+}
+
+template <int kImages, int kCount, int kStep, class Pixel>
+CUPOLA_INLINE Texels<kImages, kCount> load_windows(const TileImage<Pixel>* images, const Window& window,
+                                                   const WindowLoad<kCount, kStep>& load) {
   switch ((window.used + 1) / 2) {
     case 0:
     case 1:
-      return load.template rows<2>(view, texels);
+      return load_rows<kImages, 2>(images, window, load);
     case 2:
-      return load.template rows<4>(view, texels);
+      return load_rows<kImages, 4>(images, window, load);
     case 3:
-      return load.template rows<6>(view, texels);
+      return load_rows<kImages, 6>(images, window, load);
     default:
-      return load.template rows<8>(view, texels);
+      return load_rows<kImages, 8>(images, window, load);
   }
 }
 

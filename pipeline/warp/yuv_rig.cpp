@@ -39,6 +39,9 @@ Rig chroma_rig(const Rig& rig, YuvLayout layout) {
   // Variances add: a triangle two texels wide at half its height has 1/6 of a texel^2; what `rig`
   // reconstructs by is in texels half as wide.
   chroma.filter.rec = rig.filter.rec / 4.0 + 1.0 / (6.0 * variance(rig.filter));
+  if (is_packed(layout)) {
+    for (View& view : chroma.views) view.rec_v = rig.filter.rec / chroma.filter.rec;
+  }
   return chroma;
 }
 
