@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: MIT
 #include <immintrin.h>
 
+#include "pipeline/warp/texels_ahead.h"
 #include "pipeline/warp/tile_kernel.h"
 #include "pipeline/warp/window_load_avx512.h"
 
@@ -37,6 +38,7 @@ struct Cursor {
   const Block* last;  // of the tile, past its end
   const Window* window;
   const WeightLine* line;
+  TexelsAhead* ahead;
 };
 
 // The table is read once a frame from beginning to end. The processor foresees that within a page only, which
@@ -173,6 +175,7 @@ void run_bytes(Cursor& at, const TileImage<Pixel>* images) {
   const Window* window = at.window;
   const WeightLine* line = at.line;
   do {
+    if constexpr (F::kCount < 3) at.ahead->step();
     const __m512i start = _mm512_set1_epi32(kStart[block->bits]);
     Channels<F::kCount> sum[kImages];
     Channels<F::kCount> biased[kImages]{};
@@ -213,7 +216,7 @@ void run_bytes(Cursor& at, const TileImage<Pixel>* images) {
     if constexpr (kImages == 2) store<false>(sum[1], *block, images[1]);
     ++block;
   } while (block != at.last && block->kind == (kSigned ? BlockKind::kSigned8 : BlockKind::kNarrow8));
-  at = {block, at.last, window, line};
+  at = {block, at.last, window, line, at.ahead};
 }
 
 template <class F>
@@ -238,6 +241,7 @@ void run_pairs(Cursor& at, const TileImage<Pixel>* images) {
   const Window* window = at.window;
   const WeightLine* line = at.line;
   do {
+    if constexpr (F::kCount < 3) at.ahead->step();
     Channels<F::kCount> high[kImages]{};
     Channels<F::kCount> low[kImages]{};
     for (const Window* end = window + block->window_count; window != end; ++window) {
@@ -262,7 +266,7 @@ void run_pairs(Cursor& at, const TileImage<Pixel>* images) {
     if constexpr (kImages == 2) store<false>(finish16<F>(high[1], low[1], *block), *block, images[1]);
     ++block;
   } while (block != at.last && block->kind == BlockKind::kNarrow16);
-  at = {block, at.last, window, line};
+  at = {block, at.last, window, line, at.ahead};
 }
 
 // One block of one image: its windows are many.
@@ -299,14 +303,20 @@ void run_wide(Cursor& at, const TileImage<Pixel>& image) {
   for (int channel = 0; channel < F::kCount; ++channel)
     total[channel] = _mm512_load_si512(sums[channel].data());
   store<kAcross>(finish16<F>({}, total, *at.block), *at.block, image);
-  at = {at.block + 1, at.last, window, line};
+  at = {at.block + 1, at.last, window, line, at.ahead};
 }
 
 template <bool kAcross, int kStep, int kImages, class Pixel>
 void run_image(const WarpTable& table, const Tile& tile, const TileImage<Pixel>* images) {
   const Block* first = table.blocks.data() + tile.first_block;
   Cursor at{first, first + tile.block_count, table.windows.data() + tile.first_window,
-            table.lines.data() + tile.first_line};
+            table.lines.data() + tile.first_line, nullptr};
+  TexelsAhead ahead;
+  if constexpr (constexpr int kCount = Form<Pixel, kStep>::kCount; kCount < 3) {
+    if (&tile != &table.tiles.back())
+      ahead = {table, *(&tile + 1), images, kImages, kStep == 1 ? kCount : 1, tile.block_count};
+    at.ahead = &ahead;
+  }
   while (at.block != at.last) {
     switch (at.block->kind) {
       case BlockKind::kNarrow8:
