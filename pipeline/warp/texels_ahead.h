@@ -3,8 +3,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <xmmintrin.h>
-
 #include <algorithm>
 #include <array>
 
@@ -44,7 +42,7 @@ class TexelsAhead {
         row_ = parts_[next_++];
       }
       constexpr int kLine = 64;
-      for (int byte = 0; byte < row_.bytes; byte += kLine) _mm_prefetch(row_.first + byte, _MM_HINT_T0);
+      for (int byte = 0; byte < row_.bytes; byte += kLine) __builtin_prefetch(row_.first + byte);
       row_.first += row_.stride;
       --row_.rows;
     }

@@ -37,9 +37,9 @@ struct Content {
 TEST(YuvAccuracy, XrgbStaysWithinItsBoundOfTheReference) {
   WorkerPool pool(0);
   const Rig rig = test::omnimax_rig({600, 438}, 600, {312, 312}, {"front", "left", "right", "top"});
-  const Content contents[] = {{"smooth", smooth, 0, {9, 9}, {9, 9}},
-                              {"noise in luma", smooth, 35, {9, 9}, {9, 9}},
-                              {"photograph", photographed, 0, {9, 9}, {9, 9}}};
+  const Content contents[] = {{"smooth", smooth, 0, {0.33, 0.33}, {1.5, 1.5}},
+                              {"noise in luma", smooth, 35, {0.33, 0.33}, {1.5, 1.5}},
+                              {"photograph", photographed, 0, {0.33, 0.33}, {4, 4}}};
   for (const Content& content : contents) {
     for (const YuvLayout layout : {YuvLayout::kNv12, YuvLayout::kYuyv}) {
       const bool packed = is_packed(layout);
