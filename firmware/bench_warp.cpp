@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 
+#include "firmware/bench_yuv.h"
 #include "firmware/frame_error.h"
 #include "firmware/peer.h"
 #include "hal/time/cpu_time.h"
@@ -74,13 +75,6 @@ double psnr(const Rig& rig, const Image& frame, const std::vector<double>& truth
   }
   return 10.0 * std::log10(255.0 * 255.0 * static_cast<double>(count) / squares);
 }
-
-// One thing to be timed, and where its times go.
-struct Lap {
-  SpeedRow row;
-  std::function<void()> work;
-  std::vector<double> times;
-};
 
 }  // namespace
 
@@ -232,6 +226,8 @@ Speed measure_speed(const Rig& rig, int rounds, bool with_error, WorkerPool& poo
   FilterSettings filter = rig.filter;
   filter.table = TableForm::kFast;
   add_table("ewa fast", filter, {Cpu::kAvx512, Cpu::kAvx2, Cpu::kSse4, Cpu::kNeon, Cpu::kScalar});
+  YuvBench yuv(rig, *tables.back(), faces, alone);
+  for (Lap& lap : yuv.laps()) laps.push_back(std::move(lap));
   filter.table = TableForm::kPrecise;
   add_table("ewa precise", filter, {Cpu::kAvx512, Cpu::kAvx2, Cpu::kSse4, Cpu::kNeon});
   add_table("ewa paper fast", paper_preset(), {Cpu::kAvx512, Cpu::kAvx2, Cpu::kSse4, Cpu::kNeon});

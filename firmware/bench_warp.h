@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,12 @@ struct SpeedRow {
   double bytes_per_pixel = 0.0;
   double rms = -1.0;  // 8-bit steps against ewa-exact on noise; below 0: not measured
   double max = -1.0;
+};
+// One thing to be timed, and where its times go.
+struct Lap {
+  SpeedRow row;
+  std::function<void()> work;
+  std::vector<double> times;
 };
 struct Speed {
   std::int64_t pixels_in_image = 0;

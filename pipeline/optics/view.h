@@ -32,6 +32,7 @@ struct View {
   std::array<double, 8> coefficients{};  // in the order given above
   double limit =
       0.0;  // kRadialTangential: largest tan(angle) before the model folds; kFisheye: largest angle
+  double rec_v = 1.0;  // warp tables: rec along v in units of the filter's, for texels unequally far apart
 };
 
 struct ViewSample {

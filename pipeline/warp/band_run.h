@@ -18,11 +18,6 @@ namespace cupola {
 // The faces as each of the table's reflections sees them.
 using ReflectedViews = std::array<std::array<ViewTexels, kMostViews>, 4>;
 
-template <class Pixel>
-inline constexpr Pixel kBlack{};
-template <>
-inline constexpr Xrgb kBlack<Xrgb> = kBlackXrgb;
-
 // The pixels of a band of tiles: its rows of the frame, and where the frame is symmetric from top to bottom
 // those that mirror them. One thread uses it at a time.
 template <class Pixel>
@@ -55,26 +50,66 @@ class Stage {
   std::array<std::vector<Columns>, 2> done_;
 };
 
-template <class Pixel>
-class BandRun {
+// One of a few things of which every thread needs one at a time.
+template <class Thing>
+class PerThread {
  public:
-  BandRun(const WarpTable& table, TileKernel<Pixel> kernel, RowStore<Pixel> rows, int threads)
-      : table_(table), kernel_(kernel), rows_(rows), free_(threads) {
-    for (int i = 0; i < threads; ++i) stages_.emplace_back(table);
+  template <class Make>
+  PerThread(int threads, Make&& make) : free_(static_cast<std::size_t>(threads)) {
+    for (int i = 0; i < threads; ++i) things_.push_back(make());
   }
 
-  // Band `band` of the frame. With `changed`, one a view, tiles that none of it touches are left as they are.
-  WarpWork run(int band, const ReflectedViews& views, std::span<const ChangedCells> changed,
-               const MutableImage& frame) {
+  // Calls use(thing) with one that nobody else has; at most as many calls at a time as there are threads.
+  template <class Use>
+  void with_one(Use&& use) {
+    std::size_t i = 0;
+    while (free_[i].taken.exchange(true, std::memory_order_acquire)) i = (i + 1) % free_.size();
+    use(things_[i]);
+    free_[i].taken.store(false, std::memory_order_release);
+  }
+
+ private:
+  struct Flag {
+    std::atomic<bool> taken{false};
+  };
+  std::vector<Thing> things_;
+  std::vector<Flag> free_;
+};
+
+// The tiles of one table.
+template <class Pixel>
+class BandTiles {
+ public:
+  BandTiles(const WarpTable& table, TileKernel<Pixel> kernel) : table_(table), kernel_(kernel) {}
+
+  // Band `band` of the frame onto the stage. With `changed`, one a view, tiles that none of it touches are
+  // left out.
+  WarpWork warp(int band, const ReflectedViews& views, std::span<const ChangedCells> changed,
+                Stage<Pixel>& stage) const {
     WarpWork work;
-    Stage<Pixel>& stage = stages_[take()];
     for (int column = 0; column < table_.tiles_across; ++column) {
       warp_tile(band, column, views, changed, stage, work);
     }
-    for (const bool mirrored : {true, false}) store(band, mirrored, frame, stage);
-    rows_.finish();
-    free(stage);
     return work;
+  }
+
+  // Calls put(x, y, count, row, mirrored) for every run of pixels on the stage, `row` and `mirrored` as
+  // Stage::row() takes them, and empties the stage.
+  template <class Put>
+  void unload(int band, Stage<Pixel>& stage, Put&& put) const {
+    for (const bool mirrored : {true, false}) {
+      std::vector<typename Stage<Pixel>::Columns>& done = stage.done(mirrored);
+      join(done);
+      for (int row = 0; row < kTileHeight && !done.empty(); ++row) {
+        const int y = table_.top + band * kTileHeight + row;
+        if (y < 0 || y >= table_.frame.height) continue;
+        for (const auto& columns : done) {
+          put(columns.first, mirrored ? table_.frame.height - 1 - y : y, columns.last - columns.first, row,
+              mirrored);
+        }
+      }
+      done.clear();
+    }
   }
 
  private:
@@ -129,20 +164,6 @@ class BandRun {
     }
   }
 
-  void store(int band, bool mirrored, const MutableImage& frame, Stage<Pixel>& stage) const {
-    std::vector<typename Stage<Pixel>::Columns>& done = stage.done(mirrored);
-    join(done);
-    for (int row = 0; row < kTileHeight && !done.empty(); ++row) {
-      const int y = table_.top + band * kTileHeight + row;
-      if (y < 0 || y >= frame.size.height) continue;
-      for (const auto [first, last] : done) {
-        rows_.store(stage.row(row, mirrored) + first, last - first, frame, first,
-                    mirrored ? frame.size.height - 1 - y : y);
-      }
-    }
-    done.clear();
-  }
-
   // Neighbours become one, empty ones none.
   static void join(std::vector<typename Stage<Pixel>::Columns>& done) {
     std::sort(done.begin(), done.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -158,25 +179,34 @@ class BandRun {
     done.resize(kept, {0, 0});
   }
 
-  // At most as many bands are under way as there are stages.
-  std::size_t take() {
-    for (std::size_t i = 0;; i = (i + 1) % free_.size()) {
-      if (!free_[i].taken.exchange(true, std::memory_order_acquire)) return i;
-    }
-  }
-  void free(const Stage<Pixel>& stage) {
-    free_[static_cast<std::size_t>(&stage - stages_.data())].taken.store(false, std::memory_order_release);
-  }
-
-  struct Flag {
-    std::atomic<bool> taken{false};
-  };
-
   const WarpTable& table_;
   TileKernel<Pixel> kernel_;
+};
+
+template <class Pixel>
+class BandRun {
+ public:
+  BandRun(const WarpTable& table, TileKernel<Pixel> kernel, RowStore<Pixel> rows, int threads)
+      : tiles_(table, kernel), rows_(rows), stages_(threads, [&] { return Stage<Pixel>(table); }) {}
+
+  // Band `band` of the frame. With `changed`, one a view, tiles that none of it touches are left as they are.
+  WarpWork run(int band, const ReflectedViews& views, std::span<const ChangedCells> changed,
+               const MutableImage& frame) {
+    WarpWork work;
+    stages_.with_one([&](Stage<Pixel>& stage) {
+      work = tiles_.warp(band, views, changed, stage);
+      tiles_.unload(band, stage, [&](int x, int y, int count, int row, bool mirrored) {
+        rows_.store(stage.row(row, mirrored) + x, count, frame, x, y);
+      });
+      rows_.finish();
+    });
+    return work;
+  }
+
+ private:
+  BandTiles<Pixel> tiles_;
   RowStore<Pixel> rows_;
-  std::vector<Stage<Pixel>> stages_;
-  std::vector<Flag> free_;
+  PerThread<Stage<Pixel>> stages_;
 };
 
 }  // namespace cupola

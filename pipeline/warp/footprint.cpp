@@ -25,7 +25,8 @@ struct Covariance {
   double uu, uv, vv;
 };
 
-Covariance covariance(const ViewSample& at, const DirectionAndSlope& looking, const FilterSettings& filter) {
+Covariance covariance(const View& home, const ViewSample& at, const DirectionAndSlope& looking,
+                      const FilterSettings& filter) {
   const double ux = glm::dot(at.du, looking.d_da);
   const double uy = glm::dot(at.du, looking.d_db);
   const double vx = glm::dot(at.dv, looking.d_da);
@@ -46,7 +47,7 @@ Covariance covariance(const ViewSample& at, const DirectionAndSlope& looking, co
     m = {m.uu + lift * (large - m.uu), m.uv - lift * m.uv, m.vv + lift * (large - m.vv)};
   }
   m.uu += filter.rec;
-  m.vv += filter.rec;
+  m.vv += filter.rec * home.rec_v;
   return m;
 }
 
@@ -125,7 +126,7 @@ Footprint FootprintGatherer::gather(int x, int y, std::vector<Tap>& taps) const 
 
 void FootprintGatherer::gather_ellipse(int home, const DirectionAndSlope& looking, const ViewSample& at,
                                        std::vector<Tap>& taps) const {
-  const Covariance m = covariance(at, looking, rig_.filter);
+  const Covariance m = covariance(rig_.views[static_cast<std::size_t>(home)], at, looking, rig_.filter);
   const double f = m.uu * m.vv - m.uv * m.uv;
   const double radius = rig_.filter.radius;
   const Ellipse ellipse{{at.uv.x, at.uv.y, radius * std::sqrt(m.uu), radius * std::sqrt(m.vv)},

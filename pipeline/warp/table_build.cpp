@@ -15,6 +15,7 @@
 #include "pipeline/warp/block_code.h"
 #include "pipeline/warp/footprint.h"
 #include "pipeline/warp/quantise.h"
+#include "pipeline/warp/symmetry.h"
 #include "pipeline/warp/table_file.h"
 
 namespace cupola {
@@ -328,7 +329,11 @@ std::vector<NeededRegion> with_reflections(std::span<const NeededRegion> read, c
 }  // namespace
 
 WarpTable build_warp_table(const Rig& rig, WorkerPool& pool) {
-  WarpTable table = table_head(rig);
+  return build_warp_table(rig, find_reflections(rig), pool);
+}
+
+WarpTable build_warp_table(const Rig& rig, const std::vector<Reflection>& reflections, WorkerPool& pool) {
+  WarpTable table = table_head(rig, reflections);
   const FootprintGatherer gatherer(rig);
   std::vector<TileCode> codes(static_cast<std::size_t>(table.tile_count()));
   std::vector<NeededRegion> read = table.needed;

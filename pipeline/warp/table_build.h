@@ -10,5 +10,7 @@ namespace cupola {
 
 // The rig's views must have sizes. Throws InputError when a footprint has more than kMostTaps texels.
 WarpTable build_warp_table(const Rig& rig, WorkerPool& pool);
+// With no other mirror images than these, which find_reflections() has found.
+WarpTable build_warp_table(const Rig& rig, const std::vector<Reflection>& reflections, WorkerPool& pool);
 
 }  // namespace cupola

@@ -114,13 +114,17 @@ bool read_needed(std::span<const RowSpan> rows, std::vector<NeededRegion>& neede
 }  // namespace
 
 WarpTable table_head(const Rig& rig) {
+  return table_head(rig, find_reflections(rig));
+}
+
+WarpTable table_head(const Rig& rig, const std::vector<Reflection>& reflections) {
   WarpTable table;
   table.frame = rig.frame.size;
   for (const View& view : rig.views) {
     table.views.push_back({std::max(view.size.width, kWindowSide), std::max(view.size.height, kWindowSide)});
     table.needed.push_back(NeededRegion::none(view.size));
   }
-  table.reflections = find_reflections(rig);
+  table.reflections = reflections;
   const Reflection& first = table.reflections.front();
   const int width = first.across ? (table.frame.width + 1) / 2 : table.frame.width;
   const int height = first.down ? (table.frame.height + 1) / 2 : table.frame.height;

@@ -36,6 +36,8 @@ struct TableParts {
 // What follows from the rig: the frame, the views, the reflections and the grid of tiles, which ends at the
 // axes of symmetry. Needs nothing of the views yet.
 WarpTable table_head(const Rig& rig);
+// The same with fewer reflections than the rig has.
+WarpTable table_head(const Rig& rig, const std::vector<Reflection>& reflections);
 
 // Gives a table that has its head room for its parts, all zero.
 TableParts allocate_parts(WarpTable& table, const Rig& rig, const TableCounts& counts);

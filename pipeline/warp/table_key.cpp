@@ -32,8 +32,9 @@ class KeyWriter {
   }
 
   void add(const View& view) {
-    const auto& [name, forward, right, up, size, focal, principal, distortion, coefficients, limit] = view;
-    add_all(forward, right, up, size, focal, principal, distortion, limit);
+    const auto& [name, forward, right, up, size, focal, principal, distortion, coefficients, limit, rec_v] =
+        view;
+    add_all(forward, right, up, size, focal, principal, distortion, limit, rec_v);
     for (const double coefficient : coefficients) add(coefficient);
   }
 

@@ -22,6 +22,7 @@ struct ViewTexels {
   const std::uint8_t* origin = nullptr;     // the window at (0, 0) of the first channel
   std::array<std::ptrdiff_t, 3> channel{};  // bytes from there to the same window of each channel
   std::ptrdiff_t stride = 0;                // bytes from a texel row to the next, in all channels
+  std::ptrdiff_t step = 1;                  // bytes from a texel to the next within a window
   std::ptrdiff_t across = 1;                // bytes from a window to the one at x + 1
   std::uint32_t flip = 0;                   // XORed to a column within a window, 0 or 7; in all four bytes
 
@@ -44,6 +45,27 @@ struct Rgb16 {
   std::uint16_t r = 0, g = 0, b = 0, unused = 0;
 };
 inline constexpr Xrgb kBlackXrgb = 0xff000000;
+
+// Sums on their way to YUV frames or to a conversion: kFineBits fractional bits, rounded down. Whoever rounds
+// later to fewer bits has rounded the sum itself, since floors nest; kMostFine is the largest that does not
+// round up to 256.
+using Luma = std::uint16_t;
+struct Chroma {
+  std::uint16_t u = 0, v = 0;
+};
+inline constexpr int kFineBits = 6;
+inline constexpr int kMostFine = 255 * 64 + 31;
+inline constexpr std::uint16_t kNoFine = 0xffff;  // a pixel without a footprint
+
+// What pixels without a footprint are.
+template <class Pixel>
+inline constexpr Pixel kBlack{};
+template <>
+inline constexpr Xrgb kBlack<Xrgb> = kBlackXrgb;
+template <>
+inline constexpr Luma kBlack<Luma> = kNoFine;
+template <>
+inline constexpr Chroma kBlack<Chroma>{kNoFine, kNoFine};
 
 // Where one reflection of a tile comes from and goes to.
 template <class Pixel>
@@ -84,6 +106,17 @@ void run_tile_neon(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb
 // 16 bits a sample, any instruction set.
 void run_tile_wide(const WarpTable&, const Tile&, std::span<const TileImage<Rgb16>>) noexcept;
 
+// One and two channels; `step` of all views' texels is what the AVX-512 ones are named for.
+void run_luma_scalar(const WarpTable&, const Tile&, std::span<const TileImage<Luma>>) noexcept;
+void run_luma1_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Luma>>) noexcept;
+void run_luma2_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Luma>>) noexcept;
+void run_chroma_scalar(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
+void run_chroma1_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
+void run_chroma2_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
+void run_chroma4_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
+
 TileKernel<Xrgb> tile_kernel(Cpu cpu);
+TileKernel<Luma> luma_kernel(Cpu cpu, int step);
+TileKernel<Chroma> chroma_kernel(Cpu cpu, int step);
 
 }  // namespace cupola

@@ -1,4 +1,4 @@
-// The definition of the warp: plain loops over the table, for 8 and 16 bits a sample.
+// The definition of the warp: plain loops over the table, for 8 and 16 bits a sample and any kind of pixel.
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <type_traits>
@@ -16,12 +16,25 @@ int pair_weight(const WeightLine* high_and_low, int at) {
   return signed_byte(high_and_low[0].bytes[at]) * 128 + signed_byte(high_and_low[1].bytes[at]);
 }
 
+template <class Pixel>
+inline constexpr int kChannels = 3;
+template <>
+inline constexpr int kChannels<Luma> = 1;
+template <>
+inline constexpr int kChannels<Chroma> = 2;
+
 void put(Xrgb& pixel, const std::array<unsigned, 3>& rgb) {
   pixel = kBlackXrgb | rgb[0] << 16 | rgb[1] << 8 | rgb[2];
 }
 void put(Rgb16& pixel, const std::array<unsigned, 3>& rgb) {
   pixel = {static_cast<std::uint16_t>(rgb[0]), static_cast<std::uint16_t>(rgb[1]),
            static_cast<std::uint16_t>(rgb[2]), 0};
+}
+void put(Luma& pixel, const std::array<unsigned, 1>& y) {
+  pixel = static_cast<Luma>(y[0]);
+}
+void put(Chroma& pixel, const std::array<unsigned, 2>& uv) {
+  pixel = {static_cast<std::uint16_t>(uv[0]), static_cast<std::uint16_t>(uv[1])};
 }
 
 template <class Pixel>
@@ -51,16 +64,23 @@ class BlockSum {
   }
 
   Pixel pixel(int i) const {
-    std::array<unsigned, 3> rgb{};
-    if ((block_.covered >> i & 1) != 0) {
-      for (int channel = 0; channel < 3; ++channel) rgb[channel] = rounded(sum_[i][channel]);
+    if ((block_.covered >> i & 1) == 0) return kBlack<Pixel>;
+    std::array<unsigned, kCount> samples{};
+    for (int channel = 0; channel < kCount; ++channel) {
+      samples[channel] = kFine ? fine(sum_[i][channel]) : rounded(sum_[i][channel]);
     }
     Pixel pixel;
-    put(pixel, rgb);
+    put(pixel, samples);
     return pixel;
   }
 
  private:
+  static constexpr int kCount = kChannels<Pixel>;
+  static constexpr bool kFine = kCount < 3;
+
+  unsigned fine(Sum sum) const {
+    return static_cast<unsigned>(std::clamp<Sum>(sum >> (block_.bits - kFineBits), 0, kMostFine));
+  }
   unsigned rounded(Sum sum) const {
     const Sum value = (sum + (Sum{1} << (block_.bits - 1))) >> block_.bits;
     return static_cast<unsigned>(std::clamp<Sum>(value, 0, static_cast<Sample>(~Sample{0})));
@@ -69,9 +89,10 @@ class BlockSum {
   // `at`: 8 * row + column within the window.
   void add_texel(const Window& window, int pixel, int at, int weight) {
     const ViewTexels& view = views_[window.view];
-    for (int channel = 0; channel < 3; ++channel) {
+    const std::ptrdiff_t step = kFine ? view.step : 1;
+    for (int channel = 0; channel < kCount; ++channel) {
       const std::uint8_t* row = view.window(channel, window.x, window.y) + at / kWindowSide * view.stride;
-      const Sample texel = reinterpret_cast<const Sample*>(row)[view.column(at % kWindowSide)];
+      const Sample texel = reinterpret_cast<const Sample*>(row)[view.column(at % kWindowSide) * step];
       sum_[pixel][channel] += static_cast<Sum>(weight) * texel;
     }
   }
@@ -92,7 +113,7 @@ class BlockSum {
 
   const Block& block_;
   std::span<const ViewTexels> views_;
-  std::array<std::array<Sum, 3>, kPixelsInBlock> sum_{};
+  std::array<std::array<Sum, kCount>, kPixelsInBlock> sum_{};
 };
 
 template <class Pixel>
@@ -122,6 +143,16 @@ void run_tile_scalar(const WarpTable& table, const Tile& tile,
 
 void run_tile_wide(const WarpTable& table, const Tile& tile,
                    std::span<const TileImage<Rgb16>> images) noexcept {
+  run_tile(table, tile, images);
+}
+
+void run_luma_scalar(const WarpTable& table, const Tile& tile,
+                     std::span<const TileImage<Luma>> images) noexcept {
+  run_tile(table, tile, images);
+}
+
+void run_chroma_scalar(const WarpTable& table, const Tile& tile,
+                       std::span<const TileImage<Chroma>> images) noexcept {
   run_tile(table, tile, images);
 }
 

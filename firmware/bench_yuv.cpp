@@ -1,0 +1,60 @@
+// Noise in every plane, warped by the fastest kernels.
+// SPDX-License-Identifier: MIT
+#include "firmware/bench_yuv.h"
+
+#include <random>
+
+#include "pipeline/warp/ewa_warp.h"
+
+namespace cupola {
+namespace {
+
+YuvBuffer noise(YuvLayout layout, Size size, std::mt19937& random) {
+  YuvBuffer buffer(layout, {}, size);
+  for (std::size_t p = 0; p < plane_count(layout); ++p) {
+    const Size bytes = plane_bytes(layout, size, p);
+    for (int y = 0; y < bytes.height; ++y) {
+      for (int x = 0; x < bytes.width; ++x) {
+        buffer.pixels().planes[p].row(y)[x] = static_cast<std::uint8_t>(random() >> 24);
+      }
+    }
+  }
+  return buffer;
+}
+
+}  // namespace
+
+YuvBench::YuvBench(const Rig& rig, const WarpTable& table, std::span<const Image> faces, WorkerPool& alone)
+    : rgb_(faces),
+      in_image_(static_cast<double>(table.pixels_in_image)),
+      xrgb_(PixelFormat::kXrgb8888, rig.frame.size),
+      frame_(YuvLayout::kNv12, {}, rig.frame.size),
+      rgb_to_xrgb_(make_table_warp(table, best_cpu(), alone)),
+      nv12_to_nv12_(make_nv12_warp(rig, YuvLayout::kNv12, best_cpu(), alone)),
+      nv12_to_xrgb_(make_yuv_to_xrgb_warp(rig, YuvLayout::kNv12, best_cpu(), alone)),
+      yuyv_to_xrgb_(make_yuv_to_xrgb_warp(rig, YuvLayout::kYuyv, best_cpu(), alone)) {
+  std::mt19937 random(1);
+  for (const YuvLayout layout : {YuvLayout::kNv12, YuvLayout::kYuyv}) {
+    for (const View& view : rig.views) {
+      buffers_.push_back(noise(layout, view.size, random));
+      (layout == YuvLayout::kNv12 ? nv12_ : yuyv_).push_back(as_const(buffers_.back().pixels()));
+    }
+  }
+}
+
+std::vector<Lap> YuvBench::laps() {
+  const auto lap = [&](const char* name, std::size_t bytes, std::function<void()> work) {
+    const std::string full = std::string(name) + ", " + std::string(cupola::name(best_cpu()));
+    return Lap{{full, 0, 0, static_cast<double>(bytes) / in_image_, -1, -1}, std::move(work), {}};
+  };
+  return {lap("ewa fast to xrgb", rgb_to_xrgb_->table_bytes(),
+              [this] { rgb_to_xrgb_->warp(rgb_, xrgb_.pixels()); }),
+          lap("nv12 to nv12", nv12_to_nv12_->table_bytes(),
+              [this] { nv12_to_nv12_->warp(nv12_, frame_.pixels()); }),
+          lap("nv12 to xrgb", nv12_to_xrgb_->table_bytes(),
+              [this] { nv12_to_xrgb_->warp(nv12_, xrgb_.pixels()); }),
+          lap("yuyv to xrgb", yuyv_to_xrgb_->table_bytes(),
+              [this] { yuyv_to_xrgb_->warp(yuyv_, xrgb_.pixels()); })};
+}
+
+}  // namespace cupola

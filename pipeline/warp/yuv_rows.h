@@ -1,0 +1,50 @@
+// Rows of warped luma and chroma on their way out: into the planes of NV12, or converted into XRGB8888.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include "pipeline/frame/yuv_image.h"
+#include "pipeline/warp/cpu.h"
+#include "pipeline/warp/tile_kernel.h"
+
+namespace cupola {
+
+// R, G, B = (y Y + (u, v) . (U, V) + start) >> kShift, each with its own u, v and start, clamped to 0 to 255,
+// of samples with kFineBits fractional bits. Coefficients are the matrix's times 2^kCoefficientBits, rounded:
+// each errs by at most 2^-14, which makes less than 0.031 of an 8-bit step over 239 steps of Y and 128 of U
+// and V.
+//
+// Ranges. Samples are at most 16,351 < 2^14, |coefficients| at most 17,305 < 2^14.1, so both fit 16 bits with
+// sign. A channel has at most two chroma terms, which sum to less than 2^28.1; y Y is below 2^27.3; start
+// below 2^27.9: all partial sums stay within 2^30.
+struct YuvToRgb {
+  static constexpr int kCoefficientBits = 13;
+  static constexpr int kShift = kCoefficientBits + kFineBits;
+  struct Channel {
+    std::int16_t u = 0, v = 0;
+    std::int32_t start = 0;  // less what black and grey give, plus half a step
+  };
+  std::int16_t y = 0;
+  Channel red, green, blue;
+};
+YuvToRgb yuv_to_rgb(YuvColour colour);
+
+// Y of what is outside the image; U and V are 128.
+inline std::uint8_t black_luma(YuvRange range) {
+  return range == YuvRange::kLimited ? 16 : 0;
+}
+
+// `count` pixels each. Luma without a footprint is black whatever the chroma says; chroma without one is
+// grey. The fast ones write past the caches.
+struct YuvRows {
+  void (*luma)(const Luma* from, int count, std::uint8_t black, std::uint8_t* to) noexcept;
+  void (*chroma)(const Chroma* from, int count, std::uint8_t* to) noexcept;  // bytes U V U V ...
+  void (*xrgb)(const Luma* luma, const Chroma* chroma, int count, const YuvToRgb& matrix, Xrgb* to) noexcept;
+};
+extern const YuvRows kYuvRowsScalar;
+extern const YuvRows kYuvRowsAvx512;
+
+const YuvRows& yuv_rows(Cpu cpu);
+
+}  // namespace cupola

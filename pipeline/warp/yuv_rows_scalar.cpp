@@ -1,0 +1,75 @@
+// The definition of how luma and chroma leave.
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/warp/yuv_rows.h"
+
+namespace cupola {
+namespace {
+
+constexpr int kGrey = 128 << kFineBits;
+
+std::uint8_t rounded(std::uint16_t fine) {
+  return static_cast<std::uint8_t>((fine + (1 << (kFineBits - 1))) >> kFineBits);
+}
+
+std::int16_t coefficient(double value) {
+  return static_cast<std::int16_t>(std::lround(value * (1 << YuvToRgb::kCoefficientBits)));
+}
+
+void store_luma(const Luma* from, int count, std::uint8_t black, std::uint8_t* to) noexcept {
+  for (int i = 0; i < count; ++i) to[i] = from[i] == kNoFine ? black : rounded(from[i]);
+}
+
+void store_chroma(const Chroma* from, int count, std::uint8_t* to) noexcept {
+  for (int i = 0; i < count; ++i) {
+    const bool grey = from[i].u == kNoFine;
+    to[2 * i] = grey ? 128 : rounded(from[i].u);
+    to[2 * i + 1] = grey ? 128 : rounded(from[i].v);
+  }
+}
+
+void convert(const Luma* luma, const Chroma* chroma, int count, const YuvToRgb& matrix, Xrgb* to) noexcept {
+  for (int i = 0; i < count; ++i) {
+    if (luma[i] == kNoFine) {
+      to[i] = kBlackXrgb;
+      continue;
+    }
+    const bool grey = chroma[i].u == kNoFine;
+    const int u = grey ? kGrey : chroma[i].u;
+    const int v = grey ? kGrey : chroma[i].v;
+    const auto sample = [&](const YuvToRgb::Channel& channel) {
+      const int sum = matrix.y * luma[i] + channel.u * u + channel.v * v + channel.start;
+      return static_cast<Xrgb>(std::clamp(sum >> YuvToRgb::kShift, 0, 255));
+    };
+    to[i] = kBlackXrgb | sample(matrix.red) << 16 | sample(matrix.green) << 8 | sample(matrix.blue);
+  }
+}
+
+}  // namespace
+
+YuvToRgb yuv_to_rgb(YuvColour colour) {
+  // Shares of red and blue in luma; the rest is green.
+  const bool hd = colour.matrix == YuvMatrix::kBt709;
+  const double red = hd ? 0.2126 : 0.299;
+  const double blue = hd ? 0.0722 : 0.114;
+  const double green = 1.0 - red - blue;
+  const bool limited = colour.range == YuvRange::kLimited;
+  const double wide = limited ? 255.0 / 224.0 : 1.0;
+  YuvToRgb matrix;
+  matrix.y = coefficient(limited ? 255.0 / 219.0 : 1.0);
+  matrix.red.v = coefficient(2.0 * (1.0 - red) * wide);
+  matrix.green.u = coefficient(-2.0 * (1.0 - blue) * blue / green * wide);
+  matrix.green.v = coefficient(-2.0 * (1.0 - red) * red / green * wide);
+  matrix.blue.u = coefficient(2.0 * (1.0 - blue) * wide);
+  for (YuvToRgb::Channel* channel : {&matrix.red, &matrix.green, &matrix.blue}) {
+    channel->start = (1 << (YuvToRgb::kShift - 1)) - (channel->u + channel->v) * kGrey -
+                     matrix.y * (black_luma(colour.range) << kFineBits);
+  }
+  return matrix;
+}
+
+const YuvRows kYuvRowsScalar{store_luma, store_chroma, convert};
+
+}  // namespace cupola

@@ -1,0 +1,91 @@
+// Making YUV faces, and the reference's way from them to RGB.
+// SPDX-License-Identifier: MIT
+#include "tests/warp/yuv_faces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace cupola::test {
+namespace {
+
+Size channel_size(const YuvImage& image, int channel) {
+  return channel == 0 ? image.size : chroma_size(image.layout, image.size);
+}
+
+double interpolated(const YuvImage& face, int channel, int x, int y) {
+  const Size size = channel_size(face, channel);
+  const double u = (x + 0.5) / 2.0 - 0.5;
+  const double v = is_packed(face.layout) ? y : (y + 0.5) / 2.0 - 0.5;
+  const int u0 = static_cast<int>(std::floor(u));
+  const int v0 = static_cast<int>(std::floor(v));
+  const auto at = [&](int i, int j) {
+    return static_cast<double>(
+        *sample_at(face, channel, std::clamp(i, 0, size.width - 1), std::clamp(j, 0, size.height - 1)));
+  };
+  return std::lerp(std::lerp(at(u0, v0), at(u0 + 1, v0), u - u0),
+                   std::lerp(at(u0, v0 + 1), at(u0 + 1, v0 + 1), u - u0), v - v0);
+}
+
+}  // namespace
+
+YuvFaces make_yuv_faces(const Rig& rig, YuvLayout layout, YuvColour colour, const TexelFunction& sample) {
+  YuvFaces faces;
+  for (std::size_t i = 0; i < rig.views.size(); ++i) {
+    YuvBuffer buffer(layout, colour, rig.views[i].size);
+    for (int channel = 0; channel < 3; ++channel) {
+      const Size size = channel_size(as_const(buffer.pixels()), channel);
+      for (int y = 0; y < size.height; ++y) {
+        for (int x = 0; x < size.width; ++x) {
+          *sample_at(buffer.pixels(), channel, x, y) =
+              static_cast<std::uint8_t>(sample(static_cast<int>(i), channel, x, y));
+        }
+      }
+    }
+    faces.buffers.push_back(std::move(buffer));
+  }
+  for (YuvBuffer& buffer : faces.buffers) faces.images.push_back(as_const(buffer.pixels()));
+  return faces;
+}
+
+YuvFaces make_yuv_faces(const Rig& rig, YuvLayout layout, YuvColour colour,
+                        const std::function<Vec3(const Vec3&)>& yuv, int noise) {
+  std::mt19937 random(7);
+  std::uniform_int_distribution<> grain(-noise, noise);
+  return make_yuv_faces(rig, layout, colour, [&](int view, int channel, int x, int y) {
+    const Vec2 texel = channel == 0        ? Vec2{x + 0.5, y + 0.5}
+                       : is_packed(layout) ? Vec2{2 * x + 1.0, y + 0.5}
+                                           : Vec2{2 * x + 1.0, 2 * y + 1.0};
+    const double value = yuv(direction_at(rig.views[static_cast<std::size_t>(view)], texel))[channel];
+    const double added = channel == 0 ? grain(random) : 0;
+    return static_cast<unsigned>(std::clamp(std::round(value + added), 0.0, 255.0));
+  });
+}
+
+Vec3 rgb_of(YuvColour colour, const Vec3& yuv) {
+  const double red = colour.matrix == YuvMatrix::kBt709 ? 0.2126 : 0.299;
+  const double blue = colour.matrix == YuvMatrix::kBt709 ? 0.0722 : 0.114;
+  const bool limited = colour.range == YuvRange::kLimited;
+  const double y = limited ? (yuv[0] - 16.0) * 255.0 / 219.0 : yuv[0];
+  const double wide = limited ? 255.0 / 224.0 : 1.0;
+  const double r = y + 2.0 * (1.0 - red) * (yuv[2] - 128.0) * wide;
+  const double b = y + 2.0 * (1.0 - blue) * (yuv[1] - 128.0) * wide;
+  return {r, (y - red * r - blue * b) / (1.0 - red - blue), b};
+}
+
+Faces shown(const Rig& rig, const YuvFaces& faces) {
+  Vec3 rgb{0.0};
+  return make_faces(
+      rig,
+      [&](int view, int channel, int x, int y) {
+        const YuvImage& face = faces.images[static_cast<std::size_t>(view)];
+        if (channel == 0) {
+          rgb = rgb_of(face.colour, {static_cast<double>(*sample_at(face, 0, x, y)),
+                                     interpolated(face, 1, x, y), interpolated(face, 2, x, y)});
+        }
+        return static_cast<unsigned>(std::clamp(rgb[channel] * 257.0, 0.0, 65535.0) + 0.5);
+      },
+      PixelFormat::kRgbPlanar16);
+}
+
+}  // namespace cupola::test

@@ -1,0 +1,30 @@
+// YUV faces that the tests of the YUV warp share, and what they show in RGB.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "pipeline/frame/yuv_image.h"
+#include "tests/warp/faces.h"
+
+namespace cupola::test {
+
+struct YuvFaces {
+  std::vector<YuvBuffer> buffers;
+  std::vector<YuvImage> images;
+};
+
+// Values of a sample: (view, channel, x, y) -> 0..255, x and y in the channel's own size.
+YuvFaces make_yuv_faces(const Rig& rig, YuvLayout layout, YuvColour colour, const TexelFunction& sample);
+// The same from Y, U, V by direction (0 to 255), one point a sample, where its middle is; to which Y adds
+// noise of up to +- `noise`.
+YuvFaces make_yuv_faces(const Rig& rig, YuvLayout layout, YuvColour colour,
+                        const std::function<Vec3(const Vec3&)>& yuv, int noise = 0);
+
+// R, G, B of Y, U, V, all 0 to 255, by the real matrix, not clamped.
+Vec3 rgb_of(YuvColour colour, const Vec3& yuv);
+// What the faces show: chroma interpolated linearly, planar RGB of 16 bits, 257 a step of 8.
+Faces shown(const Rig& rig, const YuvFaces& faces);
+
+}  // namespace cupola::test

@@ -1,0 +1,263 @@
+// YUV faces warped as they come: exact where it must be, the same bits on every machine, near the reference.
+// SPDX-License-Identifier: MIT
+#include "pipeline/warp/yuv_warp.h"
+
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <random>
+
+#include "pipeline/warp/ewa_exact.h"
+#include "pipeline/warp/ewa_warp.h"
+#include "pipeline/warp/table_build.h"
+#include "pipeline/warp/yuv_rig.h"
+#include "pipeline/warp/yuv_rows.h"
+#include "tests/warp/yuv_faces.h"
+
+namespace cupola {
+namespace {
+
+constexpr YuvLayout kLayouts[] = {YuvLayout::kNv12, YuvLayout::kI420, YuvLayout::kYuyv, YuvLayout::kUyvy};
+constexpr YuvColour kFull601{YuvMatrix::kBt601, YuvRange::kFull};
+constexpr YuvColour kLimited709{YuvMatrix::kBt709, YuvRange::kLimited};
+const std::vector<std::string> kFour = {"front", "left", "right", "top"};
+
+WorkerPool& pool() {
+  static WorkerPool shared(2);
+  return shared;
+}
+
+void soil(const MutableYuvImage& frame) {
+  for (std::size_t p = 0; p < plane_count(frame.layout); ++p) {
+    const Size bytes = plane_bytes(frame.layout, frame.size, p);
+    for (int y = 0; y < bytes.height; ++y)
+      std::fill_n(frame.planes[p].row(y), bytes.width, std::uint8_t{0xa5});
+  }
+}
+
+YuvBuffer to_nv12(const Rig& rig, std::span<const YuvImage> faces, Cpu cpu, WorkerPool& threads = pool()) {
+  YuvBuffer frame(YuvLayout::kNv12, faces[0].colour, rig.frame.size);
+  soil(frame.pixels());
+  make_nv12_warp(rig, faces[0].layout, cpu, threads)->warp(faces, frame.pixels());
+  return frame;
+}
+
+ImageBuffer to_xrgb(const Rig& rig, std::span<const YuvImage> faces, Cpu cpu, WorkerPool& threads = pool()) {
+  ImageBuffer frame(PixelFormat::kXrgb8888, rig.frame.size);
+  for (int y = 0; y < rig.frame.size.height; ++y) {
+    std::memset(frame.pixels().planes[0].row(y), 0xa5, static_cast<std::size_t>(rig.frame.size.width) * 4);
+  }
+  make_yuv_to_xrgb_warp(rig, faces[0].layout, cpu, threads)->warp(faces, frame.pixels());
+  return frame;
+}
+
+bool same_planes(const YuvImage& a, const YuvImage& b) {
+  for (std::size_t p = 0; p < plane_count(a.layout); ++p) {
+    const Size bytes = plane_bytes(a.layout, a.size, p);
+    for (int y = 0; y < bytes.height; ++y) {
+      if (std::memcmp(a.planes[p].row(y), b.planes[p].row(y), static_cast<std::size_t>(bytes.width)) != 0)
+        return false;
+    }
+  }
+  return true;
+}
+
+bool covered(const Rig& rig, int x, int y) {
+  DirectionAndSlope looking;
+  return ray(rig.frame, {x + 0.5, y + 0.5}, looking) && owner(rig.views, looking.direction) >= 0;
+}
+
+// A channel of `faces` as grey RGB faces for `rig`, and the frame of those.
+ImageBuffer grey_warp(const Rig& rig, const test::YuvFaces& faces, int channel) {
+  const test::Faces grey = test::make_faces(rig, [&](int view, int, int x, int y) {
+    return unsigned{*sample_at(faces.images[static_cast<std::size_t>(view)], channel, x, y)};
+  });
+  const WarpTable table = build_warp_table(rig, pool());
+  ImageBuffer frame(PixelFormat::kRgbPlanar8, rig.frame.size);
+  make_table_warp(table, best_cpu(), pool())->warp(grey.images, frame.pixels());
+  return frame;
+}
+
+TEST(YuvWarp, ChannelsOfNv12AreToTheBitWhatGreyPicturesGive) {
+  struct Case {
+    Size frame, face;
+    FilterSettings filter;
+  };
+  FilterSettings precise;
+  precise.table = TableForm::kPrecise;
+  for (const Case& each : {Case{{333, 205}, {170, 160}, {}}, Case{{200, 150}, {101, 97}, precise},
+                           Case{{200, 146}, {128, 128}, paper_preset()}}) {
+    Rig rig = test::omnimax_rig(each.frame, each.frame.width, each.face, kFour);
+    rig.filter = each.filter;
+    for (const YuvLayout layout : kLayouts) {
+      const test::YuvFaces faces = test::make_yuv_faces(rig, layout, kFull601, test::noise(5));
+      YuvBuffer frame = to_nv12(rig, faces.images, best_cpu());
+      const ImageBuffer luma = grey_warp(rig, faces, 0);
+      for (int y = 0; y < each.frame.height; ++y) {
+        ASSERT_EQ(std::memcmp(frame.pixels().planes[0].row(y), luma.pixels().samples<std::uint8_t>(0, y),
+                              static_cast<std::size_t>(each.frame.width)),
+                  0);
+      }
+      const Rig half = half_frame_chroma_rig(rig, layout);
+      for (int channel = 1; channel < 3; ++channel) {
+        const ImageBuffer chroma = grey_warp(half, faces, channel);
+        for (int y = 0; y < half.frame.size.height; ++y) {
+          for (int x = 0; x < half.frame.size.width; ++x) {
+            const int expected = covered(half, x, y) ? chroma.pixels().samples<std::uint8_t>(0, y)[x] : 128;
+            ASSERT_EQ(*sample_at(frame.pixels(), channel, x, y), expected) << x << ' ' << y;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(YuvWarp, EvenColoursComeOutUnchangedAndTheRestIsBlack) {
+  const Rig rig = test::omnimax_rig({123, 90}, 123, {65, 60}, kFour);
+  std::mt19937 random(3);
+  std::uniform_int_distribution<unsigned> value(0, 255);
+  for (const YuvColour colour : {kFull601, kLimited709}) {
+    const YuvToRgb matrix = yuv_to_rgb(colour);
+    for (const YuvLayout layout : kLayouts) {
+      for (int i = 0; i < 6; ++i) {
+        const std::array<unsigned, 3> yuv{value(random), value(random), value(random)};
+        const test::YuvFaces faces = test::make_yuv_faces(
+            rig, layout, colour,
+            [&](int, int channel, int, int) { return yuv[static_cast<std::size_t>(channel)]; });
+        const Luma luma = static_cast<Luma>(yuv[0] * 64);
+        const Chroma chroma{static_cast<std::uint16_t>(yuv[1] * 64), static_cast<std::uint16_t>(yuv[2] * 64)};
+        Xrgb expected = 0;
+        kYuvRowsScalar.xrgb(&luma, &chroma, 1, matrix, &expected);
+        const ImageBuffer xrgb = to_xrgb(rig, faces.images, best_cpu());
+        YuvBuffer nv12 = to_nv12(rig, faces.images, best_cpu());
+        const Rig half = half_frame_chroma_rig(rig, layout);
+        for (int y = 0; y < 90; ++y) {
+          for (int x = 0; x < 123; ++x) {
+            const bool in = covered(rig, x, y);
+            ASSERT_EQ(xrgb.pixels().samples<Xrgb>(0, y)[x], in ? expected : kBlackXrgb) << x << ' ' << y;
+            ASSERT_EQ(*sample_at(nv12.pixels(), 0, x, y), in ? yuv[0] : black_luma(colour.range));
+            const bool chroma_in = covered(half, x / 2, y / 2);
+            ASSERT_EQ(*sample_at(nv12.pixels(), 1, x / 2, y / 2), chroma_in ? yuv[1] : 128U);
+            ASSERT_EQ(*sample_at(nv12.pixels(), 2, x / 2, y / 2), chroma_in ? yuv[2] : 128U);
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(YuvWarp, EveryKernelGivesTheScalarBitsOverRandomRigsAndSizes) {
+  std::mt19937 random(17);
+  for (int i = 0; i < 16; ++i) {
+    const auto side = [&](int least, int most) {
+      return std::uniform_int_distribution<>(least, most)(random);
+    };
+    Rig rig =
+        test::omnimax_rig({side(1, 150), side(1, 150)}, side(20, 200), {side(1, 120), side(1, 120)}, kFour);
+    rig.filter.radius = std::uniform_real_distribution<>(0.5, 2.5)(random);
+    rig.filter.rec = i % 3 == 0 ? 1.0 : 0.0;
+    rig.filter.table = i / 4 % 2 == 0 ? TableForm::kFast : TableForm::kPrecise;
+    const YuvLayout layout = kLayouts[i % 4];
+    for (const test::TexelFunction& texel : {test::noise(static_cast<unsigned>(i)), test::checkerboard(1),
+                                             test::TexelFunction([](int, int, int, int) { return 255U; }),
+                                             test::TexelFunction([](int, int, int, int) { return 0U; })}) {
+      const test::YuvFaces faces = test::make_yuv_faces(rig, layout, kLimited709, texel);
+      YuvBuffer nv12 = to_nv12(rig, faces.images, Cpu::kScalar);
+      const ImageBuffer xrgb = to_xrgb(rig, faces.images, Cpu::kScalar);
+      for (const Cpu cpu : {Cpu::kAvx2, Cpu::kAvx512}) {
+        if (!supported(cpu)) continue;
+        ASSERT_TRUE(same_planes(as_const(nv12.pixels()), as_const(to_nv12(rig, faces.images, cpu).pixels())))
+            << i << ' ' << name(cpu);
+        ASSERT_TRUE(test::same_pixels(xrgb.pixels(), to_xrgb(rig, faces.images, cpu).pixels()))
+            << i << ' ' << name(cpu);
+      }
+    }
+  }
+}
+
+TEST(YuvWarp, LayoutsOfTheSameSamplesGiveTheSameFramesWithAnyNumberOfThreads) {
+  const Rig rig = test::omnimax_rig({200, 146}, 200, {122, 98}, kFour);
+  WorkerPool five(5);
+  for (const auto& [a, b] :
+       {std::pair(YuvLayout::kNv12, YuvLayout::kI420), std::pair(YuvLayout::kYuyv, YuvLayout::kUyvy)}) {
+    const test::YuvFaces first = test::make_yuv_faces(rig, a, kLimited709, test::noise(8));
+    const test::YuvFaces second = test::make_yuv_faces(rig, b, kLimited709, test::noise(8));
+    EXPECT_TRUE(same_planes(as_const(to_nv12(rig, first.images, best_cpu()).pixels()),
+                            as_const(to_nv12(rig, second.images, best_cpu(), five).pixels())));
+    EXPECT_TRUE(test::same_pixels(as_const(to_xrgb(rig, first.images, best_cpu()).pixels()),
+                                  as_const(to_xrgb(rig, second.images, best_cpu(), five).pixels())));
+  }
+}
+
+// Planes whose last (or first) byte is next to a page that must not be touched, with rows apart by `gap`.
+class GuardedFace {
+ public:
+  GuardedFace(const YuvImage& from, int gap, bool at_end) : image_(from) {
+    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+    for (std::size_t p = 0; p < plane_count(from.layout); ++p) {
+      const Size bytes = plane_bytes(from.layout, from.size, p);
+      const std::size_t stride = static_cast<std::size_t>(bytes.width + gap);
+      const std::size_t used =
+          stride * static_cast<std::size_t>(bytes.height - 1) + static_cast<std::size_t>(bytes.width);
+      const std::size_t pages = (used + page - 1) / page * page;
+      auto* memory = static_cast<std::uint8_t*>(
+          mmap(nullptr, pages + 2 * page, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
+      mprotect(memory + page, pages, PROT_READ | PROT_WRITE);
+      mapped_[p] = {memory, pages + 2 * page};
+      std::uint8_t* first = memory + page + (at_end ? pages - used : 0);
+      for (int y = 0; y < bytes.height; ++y) {
+        std::memcpy(first + static_cast<std::size_t>(y) * stride, from.planes[p].row(y),
+                    static_cast<std::size_t>(bytes.width));
+      }
+      image_.planes[p] = {first, static_cast<std::ptrdiff_t>(stride)};
+    }
+  }
+  GuardedFace(const GuardedFace&) = delete;
+  GuardedFace& operator=(const GuardedFace&) = delete;
+  ~GuardedFace() {
+    for (const auto& [memory, bytes] : mapped_) {
+      if (memory != nullptr) munmap(memory, bytes);
+    }
+  }
+  const YuvImage& image() const { return image_; }
+
+ private:
+  YuvImage image_;
+  std::array<std::pair<void*, std::size_t>, 3> mapped_{};
+};
+
+TEST(YuvWarp, ReadsPlanesOfAnyStrideAndNothingBesideThem) {
+  for (const Size face : {Size{64, 64}, Size{97, 83}, Size{16, 16}}) {
+    const Rig rig = test::omnimax_rig({200, 146}, 200, face, kFour);
+    for (const YuvLayout layout : kLayouts) {
+      const test::YuvFaces faces = test::make_yuv_faces(rig, layout, kFull601, test::noise(9));
+      YuvBuffer nv12 = to_nv12(rig, faces.images, Cpu::kScalar);
+      const ImageBuffer xrgb = to_xrgb(rig, faces.images, Cpu::kScalar);
+      for (const bool at_end : {true, false}) {
+        std::vector<std::unique_ptr<GuardedFace>> guarded;
+        std::vector<YuvImage> images;
+        for (const YuvImage& image : faces.images) {
+          guarded.push_back(std::make_unique<GuardedFace>(image, at_end ? 0 : 13, at_end));
+          images.push_back(guarded.back()->image());
+        }
+        EXPECT_TRUE(
+            same_planes(as_const(nv12.pixels()), as_const(to_nv12(rig, images, best_cpu()).pixels())));
+        EXPECT_TRUE(test::same_pixels(xrgb.pixels(), to_xrgb(rig, images, best_cpu()).pixels()));
+      }
+    }
+  }
+}
+
+TEST(YuvWarp, MapsOfTheWorldNeedEvenSizesForNv12) {
+  Rig rig = test::omnimax_rig({101, 50}, 100, {64, 64}, {"front"});
+  rig.frame.model = FrameModel::kEquirectangular;
+  rig.frame.fov = 3.0;
+  EXPECT_ANY_THROW(half_frame_chroma_rig(rig, YuvLayout::kNv12));
+  rig.frame.size = {100, 50};
+  EXPECT_NO_THROW(half_frame_chroma_rig(rig, YuvLayout::kNv12));
+}
+
+}  // namespace
+}  // namespace cupola
