@@ -22,7 +22,7 @@ CUPOLA_INLINE __m128i load(const Xrgb* four_pixels) {
   return _mm_loadu_si128(reinterpret_cast<const __m128i*>(four_pixels));
 }
 
-// Where pixels go: a plane a channel, or the first only.
+// Where pixels go: a plane a channel, or the first only and null.
 struct Target {
   std::uint8_t* plane[3];
 };
@@ -82,7 +82,7 @@ int put_all(const Xrgb* pixels, int count, PixelFormat format, Target to) {
     } else {
       put_xrgb<kSteps, kPut>(pixels, to.plane[0]);
     }
-    for (std::uint8_t*& plane : to.plane) plane += kPixels * pixel_step(format);
+    for (int plane = 0; plane < plane_count(format); ++plane) to.plane[plane] += kPixels * pixel_step(format);
   }
   return done;
 }
