@@ -338,26 +338,29 @@ void run_image(const WarpTable& table, const Tile& tile, const TileImage<Pixel>*
   }
 }
 
+template <int kStep, int kImages, class Pixel>
+void run_either_way(const WarpTable& table, const Tile& tile, const TileImage<Pixel>* images) {
+  if (images->across) {
+    run_image<true, kStep, kImages>(table, tile, images);
+  } else {
+    run_image<false, kStep, kImages>(table, tile, images);
+  }
+}
+
 // Three channels keep the processor busy by themselves; with fewer, two images share what reading the table
 // costs.
 template <int kStep, class Pixel>
 void run_images(const WarpTable& table, const Tile& tile, std::span<const TileImage<Pixel>> images) {
-  constexpr bool kTogether = Form<Pixel, kStep>::kCount < 3;
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    const TileImage<Pixel>* image = &images[i];
-    if (kTogether && i + 1 < images.size() && !images[i + 1].across) {
-      ++i;
-      if constexpr (!kTogether) {
-      } else if (image->across) {
-        run_image<true, kStep, 2>(table, tile, image);
-      } else {
-        run_image<false, kStep, 2>(table, tile, image);
+  while (!images.empty()) {
+    if constexpr (Form<Pixel, kStep>::kCount < 3) {
+      if (images.size() > 1 && !images[1].across) {
+        run_either_way<kStep, 2>(table, tile, images.data());
+        images = images.subspan(2);
+        continue;
       }
-    } else if (image->across) {
-      run_image<true, kStep, 1>(table, tile, image);
-    } else {
-      run_image<false, kStep, 1>(table, tile, image);
     }
+    run_either_way<kStep, 1>(table, tile, images.data());
+    images = images.subspan(1);
   }
 }
 
