@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: MIT
 #include "hal/time/clock.h"
 
+#include <array>
 #include <ctime>
 #include <memory>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace cupola {
 namespace {
@@ -19,6 +21,22 @@ struct ClockMaker {
 void PrintTo(const ClockMaker& maker, std::ostream* out) {
   *out << maker.name;
 }
+
+class Pipe {
+ public:
+  Pipe() { EXPECT_EQ(pipe(ends_.data()), 0); }
+  ~Pipe() {
+    close(ends_[0]);
+    close(ends_[1]);
+  }
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
+  int reads() const { return ends_[0]; }
+  void fill() const { EXPECT_EQ(write(ends_[1], "x", 1), 1); }
+
+ private:
+  std::array<int, 2> ends_{};
+};
 
 class ClockContract : public testing::TestWithParam<ClockMaker> {
  protected:
@@ -49,6 +67,25 @@ TEST_P(ClockContract, DoesNotSleepForADeadlineInThePast) {
   EXPECT_LT(clock_->now(), before + 2s);
 }
 
+TEST_P(ClockContract, WaitsUntilTheDeadlineWhenNothingComes) {
+  const Pipe pipe;
+  const std::array<int, 2> descriptors = {pipe.reads(), -1};
+  const std::chrono::nanoseconds deadline = clock_->now() + 3ms;
+  EXPECT_FALSE(clock_->wait(descriptors, deadline));
+  EXPECT_GE(clock_->now(), deadline);
+  EXPECT_FALSE(clock_->wait({}, deadline)) << "past: at once";
+}
+
+TEST_P(ClockContract, WakesForADescriptorWithSomethingToRead) {
+  const Pipe pipe;
+  pipe.fill();
+  const std::array<int, 2> descriptors = {-1, pipe.reads()};
+  const std::chrono::nanoseconds before = clock_->now();
+  EXPECT_TRUE(clock_->wait(descriptors, before + 1h));
+  EXPECT_TRUE(clock_->wait(descriptors, before - 1h)) << "asks, late as it is";
+  EXPECT_LT(clock_->now(), before + 2s);
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, ClockContract,
     testing::Values(ClockMaker{"Monotonic",
@@ -74,6 +111,25 @@ TEST(FakeClock, MovesOnlyWhenTold) {
   EXPECT_EQ(clock.now(), 7ms);
   clock.sleep_until(1ms);
   EXPECT_EQ(clock.now(), 7ms);
+}
+
+TEST(FakeClock, GoesToTheFirstAlarmThatIsWaitedFor) {
+  FakeClock clock;
+  const int front = clock.add_alarm();
+  const int left = clock.add_alarm();
+  const int nobodys = clock.add_alarm();
+  clock.set_alarm(front, 20ms);
+  clock.set_alarm(left, 10ms);
+  clock.set_alarm(nobodys, 1ms);
+  const std::array<int, 2> both = {front, left};
+  EXPECT_TRUE(clock.wait(both, 50ms));
+  EXPECT_EQ(clock.now(), 10ms);
+  clock.set_alarm(left, std::chrono::nanoseconds::max());
+  EXPECT_FALSE(clock.wait(both, 15ms));
+  EXPECT_EQ(clock.now(), 15ms);
+  EXPECT_TRUE(clock.wait(both, 20ms)) << "an alarm at the deadline rings";
+  EXPECT_TRUE(clock.wait(both, 0ms)) << "and goes on ringing until it is set again";
+  EXPECT_EQ(clock.now(), 20ms);
 }
 
 }  // namespace
