@@ -41,6 +41,8 @@ class CameraFaults : public testing::TestWithParam<CameraFaultParam> {
  public:
   using Seen = CameraViewer::Seen;
 
+  ~CameraFaults() override { say_frames(GetParam().maker.name, viewer_.frames()); }
+
   const CameraStageMaker& maker() const { return GetParam().maker; }
   CameraStage& stage() { return *stage_; }
   CameraViewer& viewer() { return viewer_; }

@@ -21,10 +21,6 @@ CameraViewer::CameraViewer(CameraStage& stage, const CameraStageMaker& maker)
       maker_(maker),
       watch_(stage.camera(), stage.setup(), stage.clock(), kPatience + maker.lateness) {}
 
-CameraViewer::~CameraViewer() {
-  say_frames(maker_.name, frames_);
-}
-
 CameraViewer::Seen CameraViewer::run(nanoseconds duration) {
   Clock& clock = stage_.clock();
   const nanoseconds end = clock.now() + duration;

@@ -18,8 +18,6 @@ class CameraViewer {
   static constexpr std::chrono::nanoseconds kPatience = std::chrono::milliseconds(100);
 
   CameraViewer(CameraStage& stage, const CameraStageMaker& maker);
-  // Says how many frames were received.
-  ~CameraViewer();
   CameraViewer(const CameraViewer&) = delete;
   CameraViewer& operator=(const CameraViewer&) = delete;
 

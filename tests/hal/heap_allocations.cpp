@@ -8,16 +8,23 @@
 
 namespace {
 std::atomic<std::uint64_t> allocations{0};
+thread_local bool counted = true;
 }  // namespace
 
 namespace cupola {
 std::uint64_t heap_allocations() {
   return allocations.load(std::memory_order_relaxed);
 }
+UncountedHeap::UncountedHeap() {
+  counted = false;
+}
+UncountedHeap::~UncountedHeap() {
+  counted = true;
+}
 }  // namespace cupola
 
 void* operator new(std::size_t size) {
-  allocations.fetch_add(1, std::memory_order_relaxed);
+  if (counted) allocations.fetch_add(1, std::memory_order_relaxed);
   if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
   throw std::bad_alloc();
 }
