@@ -6,6 +6,7 @@
 
 #include <cstring>
 
+#include "firmware/show_frames.h"
 #include "hal/display/fake_display.h"
 #include "tests/frame/picture_files.h"
 
@@ -72,8 +73,9 @@ class CheckingDisplay final : public Display {
   Presented present(nanoseconds when) noexcept override {
     const Presented presented = display_.present(when);
     ImageBuffer whole(PixelFormat::kXrgb8888, frames_.frame_size());
-    frames_.advance(nanoseconds(1s) * count_++ / 60);
-    frames_.warp(whole.pixels());
+    const nanoseconds time = nanoseconds(1s) * count_++ / 60;
+    frames_.advance(time, time);
+    frames_.warp(whole.pixels(), 0);
     const DisplayBuffer shown = display_.front_buffer();
     for (int y = 0; y < shown.height; ++y) {
       equal_ = equal_ && std::memcmp(shown.data + y * shown.stride, whole.pixels().planes[0].row(y),
