@@ -29,7 +29,7 @@ class Request {
     value_[properties_++] = value;
   }
 
-  int commit(int card, std::uint32_t flags) {
+  int commit(int card, std::uint32_t flags, std::uint64_t number = 0) {
     drm_mode_atomic request{};
     request.flags = flags;
     request.count_objs = static_cast<std::uint32_t>(objects_);
@@ -37,6 +37,7 @@ class Request {
     request.count_props_ptr = address(count_.data());
     request.props_ptr = address(property_.data());
     request.prop_values_ptr = address(value_.data());
+    request.user_data = number;
     return drmIoctl(card, DRM_IOCTL_MODE_ATOMIC, &request) == 0 ? 0 : errno;
   }
 
@@ -55,14 +56,15 @@ constexpr std::size_t kMostNeighbours = 5;
 
 }  // namespace
 
-int commit_flip(const KmsFile& card, const KmsPipe& pipe, const KmsBuffer& buffer) noexcept {
+int commit_flip(const KmsFile& card, const KmsPipe& pipe, const KmsBuffer& buffer,
+                std::uint64_t number) noexcept {
   Request request;
   request.set(pipe.plane, pipe.plane_property.fb_id, buffer.framebuffer);
-  return request.commit(card.get(), DRM_MODE_ATOMIC_NONBLOCK | DRM_MODE_PAGE_FLIP_EVENT);
+  return request.commit(card.get(), DRM_MODE_ATOMIC_NONBLOCK | DRM_MODE_PAGE_FLIP_EVENT, number);
 }
 
-int commit_mode(const KmsFile& card, const KmsPipe& pipe, std::uint32_t blob,
-                const KmsBuffer& buffer) noexcept {
+int commit_mode(const KmsFile& card, const KmsPipe& pipe, std::uint32_t blob, const KmsBuffer& buffer,
+                std::uint64_t number) noexcept {
   const auto width = static_cast<std::uint64_t>(buffer.width);
   const auto height = static_cast<std::uint64_t>(buffer.height);
   Request request;
@@ -86,7 +88,8 @@ int commit_mode(const KmsFile& card, const KmsPipe& pipe, std::uint32_t blob,
   request.set(pipe.plane, pipe.plane_property.crtc_w, width);
   request.set(pipe.plane, pipe.plane_property.crtc_h, height);
   return request.commit(card.get(),
-                        DRM_MODE_ATOMIC_NONBLOCK | DRM_MODE_ATOMIC_ALLOW_MODESET | DRM_MODE_PAGE_FLIP_EVENT);
+                        DRM_MODE_ATOMIC_NONBLOCK | DRM_MODE_ATOMIC_ALLOW_MODESET | DRM_MODE_PAGE_FLIP_EVENT,
+                        number);
 }
 
 int commit_off(const KmsFile& card, const KmsPipe& pipe) noexcept {
@@ -99,7 +102,7 @@ int commit_off(const KmsFile& card, const KmsPipe& pipe) noexcept {
   return request.commit(card.get(), DRM_MODE_ATOMIC_NONBLOCK | DRM_MODE_ATOMIC_ALLOW_MODESET);
 }
 
-bool take_flip(const KmsFile& card, std::chrono::nanoseconds& flipped_at) noexcept {
+bool take_flip(const KmsFile& card, std::uint64_t number, std::chrono::nanoseconds& flipped_at) noexcept {
   alignas(drm_event_vblank) std::array<std::byte, 1024> events{};
   bool flipped = false;
   for (;;) {
@@ -112,8 +115,10 @@ bool take_flip(const KmsFile& card, std::chrono::nanoseconds& flipped_at) noexce
       if (event.type == DRM_EVENT_FLIP_COMPLETE && at + sizeof(drm_event_vblank) <= events.size()) {
         drm_event_vblank flip;
         std::memcpy(&flip, events.data() + at, sizeof flip);
-        flipped_at = std::chrono::seconds(flip.tv_sec) + std::chrono::microseconds(flip.tv_usec);
-        flipped = true;
+        if (flip.user_data == number) {
+          flipped_at = std::chrono::seconds(flip.tv_sec) + std::chrono::microseconds(flip.tv_usec);
+          flipped = true;
+        }
       }
       if (event.length < sizeof event) return flipped;
       at += event.length;

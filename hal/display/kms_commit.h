@@ -10,15 +10,17 @@
 
 namespace cupola {
 
-// All return errno's number, 0: taken. The first two announce their flip, once, to take_flip().
+// All return errno's number, 0: taken. The first two announce their flip, once, to take_flip() by `number`.
 // Only the picture.
-int commit_flip(const KmsFile& card, const KmsPipe& pipe, const KmsBuffer& buffer) noexcept;
+int commit_flip(const KmsFile& card, const KmsPipe& pipe, const KmsBuffer& buffer,
+                std::uint64_t number) noexcept;
 // The mode, of which `blob` is the kernel's copy, with the picture; the buffer has the mode's size.
-int commit_mode(const KmsFile& card, const KmsPipe& pipe, std::uint32_t blob,
-                const KmsBuffer& buffer) noexcept;
+int commit_mode(const KmsFile& card, const KmsPipe& pipe, std::uint32_t blob, const KmsBuffer& buffer,
+                std::uint64_t number) noexcept;
 int commit_off(const KmsFile& card, const KmsPipe& pipe) noexcept;
 
-// Events that the card has ready: true when a flip was among them, with its time on CLOCK_MONOTONIC.
-bool take_flip(const KmsFile& card, std::chrono::nanoseconds& flipped_at) noexcept;
+// Events that the card has ready: true when the flip of that number was among them, with its time on
+// CLOCK_MONOTONIC.
+bool take_flip(const KmsFile& card, std::uint64_t number, std::chrono::nanoseconds& flipped_at) noexcept;
 
 }  // namespace cupola

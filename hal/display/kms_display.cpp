@@ -25,6 +25,8 @@ using namespace std::chrono_literals;
 
 // A flip that takes longer than this many periods is taken for a screen that is away.
 constexpr int kPatience = 3;
+// One that takes longer than this is taken for one whose announcement was lost.
+constexpr nanoseconds kStuck = 1s;
 constexpr std::size_t kMostModes = 256;
 
 bool card_is_gone(int error) {
@@ -177,8 +179,11 @@ bool KmsDisplay::find_mode() noexcept {
 // The frame presented last, to a screen that shows ours already or with the mode.
 int KmsDisplay::hand_over() noexcept {
   KmsBuffer& last = buffer(turns_.last());
-  const int error = on_ ? commit_flip(card_, pipe_, last) : commit_mode(card_, pipe_, mode_blob_, last);
+  const int error = on_ ? commit_flip(card_, pipe_, last, flips_ + 1)
+                        : commit_mode(card_, pipe_, mode_blob_, last, flips_ + 1);
   if (error != 0) return error;
+  ++flips_;
+  handed_over_ = clock_.now();
   on_ = true;
   turns_.committed();
   return 0;
@@ -199,7 +204,7 @@ bool KmsDisplay::wait_for_flip(nanoseconds deadline) noexcept {
   const int descriptor = card_.get();
   while (turns_.in_flight()) {
     const bool ready = clock_.wait({&descriptor, 1}, deadline);
-    if (take_flip(card_, last_flip_)) {
+    if (take_flip(card_, flips_, last_flip_)) {
       turns_.flipped();
     } else if (!ready || clock_.now() >= deadline) {
       break;
@@ -226,7 +231,11 @@ bool KmsDisplay::fail(int error, const char* step) noexcept {
 bool KmsDisplay::show_last(nanoseconds flip) noexcept {
   // The kernel flips at the first chance after it was asked: so not before the flip ahead of ours is over.
   clock_.sleep_until(flip - period_ * 3 / 4);
-  if (!wait_for_flip(flip)) return fail("does not flip");
+  if (!wait_for_flip(flip)) {
+    if (clock_.now() < handed_over_ + kStuck) return fail("does not flip");
+    on_ = false;
+    turns_.switched_off();
+  }
   if (!plug_->in()) {
     switch_off();
     next_search_ = nanoseconds(0);

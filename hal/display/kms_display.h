@@ -77,6 +77,8 @@ class KmsDisplay final : public Display {
   std::chrono::nanoseconds period_{std::chrono::nanoseconds(std::chrono::seconds(1)) / 60};
   std::chrono::nanoseconds last_flip_{0};    // or when it would have been
   std::chrono::nanoseconds next_search_{0};  // for a mode, while there is none
+  std::uint64_t flips_ = 0;                  // number of the last one handed over,
+  std::chrono::nanoseconds handed_over_{0};  // and when that was
   bool mode_known_ = false;                  // `mode_blob_` is one that the screen has, as far as we know
   bool on_ = false;                          // the screen shows our picture
   bool gone_ = false;                        // the card is

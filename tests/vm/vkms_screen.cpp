@@ -63,6 +63,15 @@ int vkms_descriptor() {
   return first;
 }
 
+int flip_vkms(std::uint32_t framebuffer) {
+  const int card = vkms_descriptor();
+  drmModeRes* resources = drmModeGetResources(card);
+  const int result =
+      drmModePageFlip(card, resources->crtcs[0], framebuffer, DRM_MODE_PAGE_FLIP_EVENT, nullptr);
+  drmModeFreeResources(resources);
+  return -result;
+}
+
 std::vector<std::uint32_t> vkms_screen(int width, int height) {
   const int card = vkms_descriptor();
   drmSetClientCap(card, DRM_CLIENT_CAP_WRITEBACK_CONNECTORS, 1);

@@ -14,6 +14,9 @@ void plug_vkms(bool in);
 // -1: there is none.
 int vkms_descriptor();
 
+// Asks for another picture behind the owner's back; errno's number, or 0.
+int flip_vkms(std::uint32_t framebuffer);
+
 // What the screen shows now, word by word, through the write-back connector; empty, with a failed
 // expectation, where that fails.
 std::vector<std::uint32_t> vkms_screen(int width, int height);

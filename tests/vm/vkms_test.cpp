@@ -1,10 +1,13 @@
 // Runs inside a virtual machine (tests/vm/guest): the KMS display on the kernel's virtual screen.
 // SPDX-License-Identifier: MIT
 #include <fcntl.h>
+#include <poll.h>
+#include <pthread.h>
 #include <sys/mman.h>
 #include <unistd.h>
 #include <xf86drm.h>
 
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -12,6 +15,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 
 #include <gmock/gmock.h>
 
@@ -25,11 +29,15 @@ namespace {
 using std::chrono::nanoseconds;
 using testing::HasSubstr;
 
-// What a late wake-up may cost: nothing where time stands still while the machine computes.
-nanoseconds slack_of_this_machine() {
+// Time stands still while the machine computes; elsewhere it shares a processor with who knows whom.
+bool virtual_time() {
   std::ifstream file("/proc/cmdline");
   const std::string line{std::istreambuf_iterator<char>(file), {}};
-  return line.find("time-travel=inf-cpu") != std::string::npos ? 0ms : 100ms;
+  return line.find("time-travel=inf-cpu") != std::string::npos;
+}
+
+nanoseconds slack_of_this_machine() {
+  return virtual_time() ? 0s : 1s;
 }
 
 KmsSettings settings_of(const char* mode, KmsMemoryKind memory = KmsMemoryKind::kDumb) {
@@ -98,6 +106,8 @@ class Vkms : public testing::Test {
     while (times < 100 && display.repeat(nanoseconds(0)).result != Present::kShown) ++times;
     return times;
   }
+  // On a machine that stutters a flip may come too late to count.
+  static int most_unshown() { return virtual_time() ? 1 : 50; }
 
   MonotonicClock clock_;
 };
@@ -119,8 +129,8 @@ TEST_F(Vkms, FlipsSixHundredTimesOnTheModesRaster) {
   constexpr int kFlips = 600;
   nanoseconds first{0};
   nanoseconds before{0};
-  nanoseconds widest{0};
-  nanoseconds narrowest{1h};
+  nanoseconds off{0};  // the raster, at most
+  std::int64_t missed = 0;
   int shown = 0;
   for (int i = 0; i < kFlips; ++i) {
     const DisplayBuffer buffer = display.back_buffer();
@@ -129,18 +139,19 @@ TEST_F(Vkms, FlipsSixHundredTimesOnTheModesRaster) {
     ASSERT_EQ(presented.result, Present::kShown) << display.trouble();
     ++shown;
     if (i == 0) first = presented.flipped_at;
-    if (i > 0) widest = std::max(widest, presented.flipped_at - before);
-    if (i > 0) narrowest = std::min(narrowest, presented.flipped_at - before);
     before = presented.flipped_at;
+    const nanoseconds time = before - first;
+    const std::int64_t periods = (time + display.period() / 2) / display.period();
+    off = std::max(off, std::chrono::abs(time - periods * display.period()));
+    missed = periods - i;
   }
-  // The kernel states times in microseconds.
-  const nanoseconds late = slack_of_this_machine() * 10;
-  EXPECT_LE(before - first, (kFlips - 1) * display.period() + 2us + late);
-  EXPECT_GE(before - first, (kFlips - 1) * display.period() - 2us);
-  EXPECT_LE(widest, display.period() + 2us + late);
-  EXPECT_GE(narrowest, display.period() - 2us - late);
-  std::printf("vkms: %d flips, %.3f to %.3f ms apart\n", shown, 1e-6 * static_cast<double>(narrowest.count()),
-              1e-6 * static_cast<double>(widest.count()));
+  EXPECT_LE(off, 2us) << "the kernel states times in microseconds";
+  EXPECT_GE(missed, 0);
+  if (virtual_time()) {
+    EXPECT_EQ(missed, 0);
+  }
+  std::printf("vkms: %d flips, %.3f us off the raster of 60 Hz at most, %d periods without one\n", shown,
+              1e-3 * static_cast<double>(off.count()), static_cast<int>(missed));
 }
 
 TEST_F(Vkms, ScansOutTheVeryPixelsItWasGiven) {
@@ -204,7 +215,7 @@ TEST_F(Vkms, WaitsForAProjectorThatIsNamedAndSwitchedOnLater) {
     EXPECT_STREQ(display.trouble(), "Virtual-1 has nothing plugged in");
   }
   plug_vkms(true);
-  EXPECT_LE(repeat_until_shown(display), 1);
+  EXPECT_LE(repeat_until_shown(display), most_unshown());
   expect_on_screen(4, 320, 200, 1024, 768);
   draw(display, 5);
   ASSERT_EQ(display.present(clock_.now()).result, Present::kShown);
@@ -225,7 +236,7 @@ TEST_F(Vkms, ComesBackAHundredTimesWithinTwoPeriods) {
     clock_.sleep_until(clock_.now() + display.period() * (loss % 10) / 10);
     const nanoseconds back = clock_.now();
     plug_vkms(true);
-    EXPECT_LE(repeat_until_shown(display), 1) << loss;
+    EXPECT_LE(repeat_until_shown(display), most_unshown()) << loss;
     EXPECT_LE(clock_.now(), back + 2 * display.period() + slack_of_this_machine()) << loss;
   }
   expect_on_screen(frame, 64, 48, 1024, 768);
@@ -248,8 +259,76 @@ TEST_F(Vkms, IsAwayWhileAnotherProgramHasTheScreenAndThenSetsItsModeAgain) {
       EXPECT_LE(clock_.now(), before + 2 * display.period() + slack_of_this_machine());
     }
   }
-  EXPECT_LE(repeat_until_shown(display), 1);
+  EXPECT_LE(repeat_until_shown(display), most_unshown());
   expect_on_screen(5, 64, 48, 1024, 768);
+}
+
+// Takes the card's events before anybody else sees them.
+class EventThief {
+ public:
+  EventThief() : thread_([this] { steal(); }) {
+    sched_param priority{1};
+    pthread_setschedparam(thread_.native_handle(), SCHED_FIFO, &priority);
+  }
+  ~EventThief() {
+    stop_ = true;
+    thread_.join();
+  }
+  EventThief(const EventThief&) = delete;
+  EventThief& operator=(const EventThief&) = delete;
+
+ private:
+  void steal() const {
+    pollfd card{vkms_descriptor(), POLLIN, 0};
+    while (!stop_) {
+      char events[256];
+      if (poll(&card, 1, 1) > 0 && read(card.fd, events, sizeof events) < 0) continue;
+    }
+  }
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+TEST_F(Vkms, WaitsThreePeriodsForAFlipAndRecoversFromOneThatIsNotAnnounced) {
+  KmsDisplay display(clock_, settings_of("1024x768"), 64, 48);
+  draw(display, 0);
+  ASSERT_EQ(display.present(nanoseconds(0)).result, Present::kShown);
+  int frame = 0;
+  {
+    const EventThief thief;
+    clock_.sleep_until(clock_.now() + 50ms);
+    for (int i = 0; i < 5; ++i) {
+      draw(display, ++frame);
+      const nanoseconds before = clock_.now();
+      ASSERT_EQ(display.present(nanoseconds(0)).result, Present::kAway);
+      EXPECT_STREQ(display.trouble(), "Virtual-1 does not flip");
+      EXPECT_LE(clock_.now(), before + 5 * display.period() + slack_of_this_machine());
+    }
+  }
+  EXPECT_LE(repeat_until_shown(display), 65) << "a second";
+  expect_on_screen(frame, 64, 48, 1024, 768);
+  draw(display, ++frame);
+  ASSERT_EQ(display.present(nanoseconds(0)).result, Present::kShown);
+  expect_on_screen(frame, 64, 48, 1024, 768);
+}
+
+TEST_F(Vkms, IsAwayForAFlipWhileSomebodyElsesIsOnItsWay) {
+  KmsDisplay display(clock_, settings_of("1024x768"), 64, 48);
+  draw(display, 0);
+  ASSERT_EQ(display.present(nanoseconds(0)).result, Present::kShown);
+  const auto memory = dumb_memory(vkms_descriptor());
+  KmsBuffer theirs;
+  ASSERT_EQ(memory->make(theirs, 1024, 768), 0);
+  ASSERT_EQ(flip_vkms(theirs.framebuffer), 0);
+  draw(display, 1);
+  ASSERT_EQ(display.present(nanoseconds(0)).result, Present::kAway);
+  EXPECT_THAT(display.trouble(), HasSubstr("flip: Device or resource busy"));
+  const nanoseconds before = clock_.now();
+  const Presented shown = display.repeat(nanoseconds(0));
+  ASSERT_EQ(shown.result, Present::kShown);
+  EXPECT_GT(shown.flipped_at, before) << "our flip's time, not theirs";
+  expect_on_screen(1, 64, 48, 1024, 768);
+  memory->free(theirs);
 }
 
 TEST_F(Vkms, IsLostWhenTheCardIsGone) {
