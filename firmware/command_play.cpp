@@ -15,6 +15,9 @@
 #include "hal/time/clock.h"
 #include "pipeline/frame/atomic_file.h"
 #include "pipeline/frame/error.h"
+#ifdef CUPOLA_KMS
+#include "hal/display/kms_display.h"
+#endif
 #ifdef CUPOLA_WINDOW
 #include "hal/display/window_display.h"
 #endif
@@ -37,9 +40,11 @@ class PlayCommand final : public Command {
             "warp's threads after the first frame was asked for; C libraries' own malloc is not in it.\n") {
     options().add_option("show", show_, "The show's file, or the name of one in config/shows")->required();
     options()
-        .add_option("--display", display_,
-                    "auto, window, file (one PNG a frame, not in real time) or fake (60 Hz)")
-        ->check(CLI::IsMember({"auto", "window", "file", "fake"}))
+        .add_option(
+            "--display", display_,
+            "auto, kms (a projector without a desktop), window, file (one PNG a frame, not in real time) "
+            "or fake (60 Hz)")
+        ->check(CLI::IsMember({"auto", "kms", "window", "file", "fake"}))
         ->type_name("NAME");
     options().add_option("--rig", rig_, "Another rig than the show's")->type_name("FILE");
     options().add_option("--out", out_, "The folder for --display file")->type_name("DIR");
@@ -76,12 +81,30 @@ bool has_desktop() {
   return false;
 }
 
+bool has_projector() {
+#ifdef CUPOLA_KMS
+  for (const KmsCard& card : list_kms_cards()) {
+    if (choose_kms_connector(card.connectors, "")) return true;
+  }
+#endif
+  return false;
+}
+
 std::unique_ptr<Display> PlayCommand::open_display(Clock& clock, const Show& show) const {
   const Size size = show.rig.frame.size;
   if (display_ == "fake") return std::make_unique<FakeDisplay>(clock, size.width, size.height);
   if (display_ == "file") return std::make_unique<FileDisplay>(clock, out_, show.name, size);
+  if (display_ == "kms" || (display_ == "auto" && !has_desktop() && has_projector())) {
+#ifdef CUPOLA_KMS
+    return std::make_unique<KmsDisplay>(clock, KmsSettings{}, size.width, size.height);
+#else
+    throw Failure("play: this program was built without KMS");
+#endif
+  }
   if (display_ == "auto" && !has_desktop()) {
-    throw Failure("play: there is no desktop; expected --display file with --out DIR, or --display fake");
+    throw Failure(
+        "play: there is no desktop and no projector; expected --display file with --out DIR, or --display "
+        "fake");
   }
 #ifdef CUPOLA_WINDOW
   return std::make_unique<WindowDisplay>(clock, "Cupola: " + show.name, size.width, size.height);
@@ -101,6 +124,8 @@ void PlayCommand::write_stats(const FrameLoop& loop, const Show& show, Cpu on, i
   const nlohmann::ordered_json stats = {{"frames_presented", counts.frames_presented},
                                         {"frames_late", counts.frames_late},
                                         {"frames_dropped", counts.frames_dropped},
+                                        {"frames_unshown", counts.frames_unshown},
+                                        {"display_losses", counts.display_losses},
                                         {"frames_unchanged", counts.frames_unchanged},
                                         {"tiles_warped", counts.tiles_warped},
                                         {"tiles_skipped", counts.tiles_skipped},
@@ -147,10 +172,7 @@ int PlayCommand::run() {
   if (seconds_ > 0.0) time = std::chrono::nanoseconds(std::llround(seconds_ * 1e9));
   const LoopEnd end = loop.run(time);
   if (!stats_.empty()) write_stats(loop, what, on, pool.threads());
-  if (end == LoopEnd::kLost) {
-    const auto* files = dynamic_cast<const FileDisplay*>(display.get());
-    throw Failure(files ? files->trouble() : "play: the display was lost");
-  }
+  if (end == LoopEnd::kLost) throw Failure(display->trouble());
   return 0;
 }
 

@@ -22,9 +22,7 @@ class FileDisplay final : public Display {
   Presented present(std::chrono::nanoseconds when) noexcept override;
   Presented repeat(std::chrono::nanoseconds when) noexcept override { return present(when); }
   std::chrono::nanoseconds period() const noexcept override { return std::chrono::nanoseconds(0); }
-
-  // Why the last present() was kLost.
-  const std::string& trouble() const { return trouble_; }
+  const char* trouble() const noexcept override { return trouble_.c_str(); }
 
  private:
   Clock& clock_;

@@ -68,13 +68,15 @@ LoopEnd FrameLoop::play(std::optional<nanoseconds> time) noexcept {
     }
     if (presented.result == Present::kClosed) return LoopEnd::kClosed;
     if (presented.result == Present::kLost) return LoopEnd::kLost;
+    note_absence(presented.result == Present::kAway);
     if (!shown) start = next = presented.flipped_at;
     shown = true;
-    show_.shown(presented.flipped_at);
-    ++counts_.frames_presented;
+    if (presented.result == Present::kShown) show_.shown(presented.flipped_at);
+    ++(away_ ? counts_.frames_unshown : counts_.frames_presented);
     const nanoseconds behind = presented.flipped_at - next;
-    if (behind > period_ / 2) ++counts_.frames_late;
+    if (!away_ && behind > period_ / 2) ++counts_.frames_late;
     if (display_.period() > nanoseconds(0)) {
+      period_ = display_.period();
       // The flips set the pace: whole periods behind are flips that showed the frame before once more.
       counts_.frames_dropped += (behind + period_ / 2) / period_;
       next = presented.flipped_at + period_;
@@ -94,6 +96,17 @@ void FrameLoop::note_trouble(bool failed) noexcept {
     std::fprintf(stderr, "cupola: %s\n", show_.trouble().c_str());
   } else {
     std::fputs("cupola: the faces are back\n", stderr);
+  }
+}
+
+void FrameLoop::note_absence(bool away) noexcept {
+  if (away == away_) return;
+  away_ = away;
+  if (away) {
+    ++counts_.display_losses;
+    std::fprintf(stderr, "cupola: the display is away: %s\n", display_.trouble());
+  } else {
+    std::fputs("cupola: the display is back\n", stderr);
   }
 }
 

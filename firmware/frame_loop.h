@@ -16,10 +16,12 @@ namespace cupola {
 
 struct LoopCounts {
   std::int64_t frames_presented = 0;  // shown, unchanged ones included
-  std::int64_t frames_unchanged = 0;  // of these: not warped, since nothing had changed
+  std::int64_t frames_unshown = 0;    // presented to a display that was away
+  std::int64_t display_losses = 0;    // times it went away
+  std::int64_t frames_unchanged = 0;  // of the shown: not warped, since nothing had changed
   std::int64_t tiles_warped = 0;      // parts of the warped frames that were made,
   std::int64_t tiles_skipped = 0;     // and that were left as they were, since nothing in them had changed
-  std::int64_t frames_late = 0;       // of these: shown more than half a period after their time
+  std::int64_t frames_late = 0;       // shown more than half a period after their time
   std::int64_t frames_dropped = 0;    // times of the show that passed without a frame of their own
   std::int64_t frames_failed = 0;     // times at which the faces could not be had
   std::int64_t heap_allocations =
@@ -47,6 +49,7 @@ class FrameLoop {
  private:
   LoopEnd play(std::optional<std::chrono::nanoseconds> time) noexcept;
   void note_trouble(bool failed) noexcept;
+  void note_absence(bool away) noexcept;
 
   FrameMaker& show_;
   Display& display_;
@@ -55,6 +58,7 @@ class FrameLoop {
   std::chrono::nanoseconds period_;
   LoopCounts counts_;
   bool failing_ = false;
+  bool away_ = false;
   std::vector<std::chrono::nanoseconds> warp_times_;  // a ring
   std::size_t warps_ = 0;
 };

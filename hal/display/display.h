@@ -8,7 +8,8 @@
 
 namespace cupola {
 
-// Pixels to fill: little-endian 32-bit words 0xffRRGGBB. Borrowed until the next present().
+// Pixels to fill: little-endian 32-bit words 0xffRRGGBB. Borrowed until the next present() or
+// repeat().
 struct DisplayBuffer {
   std::byte* data = nullptr;
   std::ptrdiff_t stride = 0;  // bytes
@@ -20,7 +21,9 @@ struct DisplayBuffer {
 enum class Present : std::uint8_t {
   kShown,   // `flipped_at` is the time it reached the screen
   kClosed,  // the operator closed it: the show ends
-  kLost,    // the display went away or refused the frame
+  kAway,    // not shown, the screen is away for now: `flipped_at` is when it would have been, or when it
+            // was clear that it was not; the frame counts as presented, for `age` and for repeat()
+  kLost,    // the display is gone for good
 };
 
 struct Presented {
@@ -33,12 +36,15 @@ class Display {
   virtual ~Display() = default;
   // The buffer for the next frame; its old contents are what `age` says.
   virtual DisplayBuffer back_buffer() noexcept = 0;
-  // Shows the back buffer at the first flip at or after `when`. Returns after the flip.
+  // Shows the back buffer at the first flip at or after `when`; one up to a sixteenth of a period early is at
+  // it. Returns after the flip.
   virtual Presented present(std::chrono::nanoseconds when) noexcept = 0;
-  // The same for the frame that is shown already, once more; only after a present().
+  // The same for the frame that was presented last, once more; only after a present().
   virtual Presented repeat(std::chrono::nanoseconds when) noexcept = 0;
-  // Time between flips; 0 when the display takes frames at any time.
+  // Time between flips; 0 when the display takes frames at any time. Another screen may come back than went.
   virtual std::chrono::nanoseconds period() const noexcept = 0;
+  // In words, why the last present() or repeat() was kAway or kLost; valid until the next one.
+  virtual const char* trouble() const noexcept = 0;
 };
 
 }  // namespace cupola

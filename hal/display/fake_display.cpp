@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 namespace cupola {
 
@@ -32,7 +33,7 @@ DisplayBuffer FakeDisplay::front_buffer() noexcept {
 
 Presented FakeDisplay::present(std::chrono::nanoseconds when) noexcept {
   const Presented shown = repeat(when);
-  if (shown.result == Present::kShown) {
+  if (shown.result == Present::kShown || shown.result == Present::kAway) {
     back_ = 1 - back_;
     ++presents_;
   }
@@ -40,14 +41,29 @@ Presented FakeDisplay::present(std::chrono::nanoseconds when) noexcept {
 }
 
 Presented FakeDisplay::repeat(std::chrono::nanoseconds when) noexcept {
-  if (fate_ != Present::kShown) return {fate_, clock_.now()};
+  if (fate_ != Present::kShown) {
+    trouble_ = fate_ == Present::kLost ? "lost on demand" : "";
+    return {fate_, clock_.now()};
+  }
   const std::chrono::nanoseconds earliest = std::max(when, clock_.now());
   const std::int64_t periods =
       std::max<std::int64_t>(1, (earliest - last_flip_ + period_ - std::chrono::nanoseconds(1)) / period_);
   last_flip_ += periods * period_;
   clock_.sleep_until(last_flip_);
+  for (; absence_ < absences_.size() && absences_[absence_].until <= last_flip_; ++absence_) {
+    if (absences_[absence_].period_after.count() > 0) period_ = absences_[absence_].period_after;
+  }
+  if (absence_ < absences_.size() && absences_[absence_].from <= last_flip_) {
+    trouble_ = "unplugged on demand";
+    return {Present::kAway, last_flip_};
+  }
   ++frames_;
   return {Present::kShown, last_flip_};
+}
+
+void FakeDisplay::set_absences(std::vector<Absence> one_after_the_other) {
+  absences_ = std::move(one_after_the_other);
+  absence_ = 0;
 }
 
 std::uint64_t FakeDisplay::front_hash() noexcept {

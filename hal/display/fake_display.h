@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -22,13 +23,23 @@ class FakeDisplay final : public Display {
   Presented present(std::chrono::nanoseconds when) noexcept override;
   Presented repeat(std::chrono::nanoseconds when) noexcept override;
   std::chrono::nanoseconds period() const noexcept override { return period_; }
+  const char* trouble() const noexcept override { return trouble_; }
+
+  // The screen is away for the flips from `from` to before `until`; the one that comes back has another
+  // period unless `period_after` is 0.
+  struct Absence {
+    std::chrono::nanoseconds from;
+    std::chrono::nanoseconds until;
+    std::chrono::nanoseconds period_after{0};
+  };
+  void set_absences(std::vector<Absence> one_after_the_other);
 
   // From the next present() on.
   void close() { fate_ = Present::kClosed; }
   void lose() { fate_ = Present::kLost; }
 
   std::int64_t frames() const { return frames_; }  // flips to a new or the same frame
-  // The frame on the screen; all zero before the first.
+  // The frame on the screen, or that it would show were it there; all zero before the first.
   DisplayBuffer front_buffer() noexcept;
   // FNV-1a over the words of the frame on the screen, row by row.
   std::uint64_t front_hash() noexcept;
@@ -46,6 +57,9 @@ class FakeDisplay final : public Display {
   std::int64_t presents_ = 0;
   std::int64_t frames_ = 0;
   Present fate_ = Present::kShown;
+  std::vector<Absence> absences_;
+  std::size_t absence_ = 0;  // the one that is now or next
+  const char* trouble_ = "";
 };
 
 }  // namespace cupola

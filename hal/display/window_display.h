@@ -28,6 +28,7 @@ class WindowDisplay final : public Display {
   Presented present(std::chrono::nanoseconds when) noexcept override;
   Presented repeat(std::chrono::nanoseconds when) noexcept override;
   std::chrono::nanoseconds period() const noexcept override { return period_; }
+  const char* trouble() const noexcept override { return "the window's renderer failed"; }
 
  private:
   struct Video {

@@ -19,12 +19,13 @@ using std::chrono::nanoseconds;
 // A small rig and one generated cue of two seconds at 60 Hz.
 class FrameLoopTest : public testing::Test {
  protected:
-  FrameLoopTest() {
+  static Show small_demo() {
     const std::string lines[] = {"rig.frame.width=64",        "rig.frame.height=48",
                                  "rig.frame.center=[32, 24]", "rig.frame.radius=30",
                                  "cue.0.face_size=[32, 32]",  "cue.0.duration_s=2"};
-    frames_ = std::make_unique<ShowFrames>(load_show("demo", lines), Method::kEwa, Cpu::kScalar, pool_);
+    return load_show("demo", lines);
   }
+  FrameLoopTest() { frames_ = std::make_unique<ShowFrames>(small_demo(), Method::kEwa, Cpu::kScalar, pool_); }
   WorkerPool pool_{2};
   FakeClock clock_;
   std::unique_ptr<ShowFrames> frames_;
@@ -43,6 +44,7 @@ class SlowDisplay final : public Display {
   }
   Presented repeat(nanoseconds when) noexcept override { return display_.repeat(when); }
   nanoseconds period() const noexcept override { return display_.period(); }
+  const char* trouble() const noexcept override { return display_.trouble(); }
 
  private:
   FakeClock& clock_;
@@ -85,6 +87,7 @@ class CheckingDisplay final : public Display {
   }
   Presented repeat(nanoseconds when) noexcept override { return display_.repeat(when); }
   nanoseconds period() const noexcept override { return display_.period(); }
+  const char* trouble() const noexcept override { return display_.trouble(); }
   bool equal() const { return equal_; }
 
  private:
@@ -135,6 +138,39 @@ TEST_F(FrameLoopTest, StopsWhenTheDisplayIsClosedOrLost) {
   FakeDisplay lost(clock_, 64, 48);
   lost.lose();
   EXPECT_EQ(FrameLoop(*frames_, lost, clock_, pool_).run({}), LoopEnd::kLost);
+}
+
+TEST_F(FrameLoopTest, GoesOnWithoutItsDisplayUntilThatIsBack) {
+  FakeDisplay fake(clock_, 64, 48);
+  fake.set_absences({{500ms, 1s}, {1500ms, 1530ms}});
+  ShowFrames whole(small_demo(), Method::kEwa, Cpu::kScalar, pool_);
+  CheckingDisplay display(fake, whole);
+  FrameLoop loop(*frames_, display, clock_, pool_);
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(loop.run({}), LoopEnd::kOver);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "cupola: the display is away: unplugged on demand\ncupola: the display is back\n"
+            "cupola: the display is away: unplugged on demand\ncupola: the display is back\n");
+  EXPECT_EQ(loop.counts().display_losses, 2);
+  EXPECT_EQ(loop.counts().frames_unshown, 31);
+  EXPECT_EQ(loop.counts().frames_presented, 89);
+  EXPECT_EQ(loop.counts().frames_late, 0);
+  EXPECT_EQ(loop.counts().frames_dropped, 0);
+  EXPECT_TRUE(display.equal()) << "the frames after it are whole, though some before were not seen";
+  EXPECT_NEAR(std::chrono::duration<double>(clock_.now()).count(), 2.0, 0.02);
+}
+
+TEST_F(FrameLoopTest, KeepsThePaceOfTheScreenThatComesBack) {
+  FakeDisplay display(clock_, 64, 48);
+  display.set_absences({{990ms, 1s, 20ms}});
+  FrameLoop loop(*frames_, display, clock_, pool_);
+  EXPECT_EQ(loop.run({}), LoopEnd::kOver);
+  EXPECT_EQ(loop.counts().frames_unshown, 1);
+  EXPECT_LE(loop.counts().heap_allocations, 2) << "saying so";
+  EXPECT_GE(loop.counts().frames_presented, 59 + 49);
+  EXPECT_LE(loop.counts().frames_presented, 59 + 50);
+  EXPECT_EQ(loop.counts().frames_late, 0);
+  EXPECT_EQ(loop.counts().frames_dropped, 0);
 }
 
 TEST_F(FrameLoopTest, ShowsEveryFrameTwiceOnADisplayTwiceAsFast) {

@@ -63,6 +63,36 @@ TEST(FakeDisplay, IsLostWhenToldTo) {
   EXPECT_EQ(display.frames(), 0);
 }
 
+TEST(FakeDisplay, IsAwayForAWhileAndKeepsItsFlipTimes) {
+  FakeClock clock;
+  FakeDisplay display(clock, 3, 2, 10ms);
+  display.set_absences({{15ms, 35ms}});
+  EXPECT_EQ(display.present(0ms).result, Present::kShown);
+  for (const auto flip : {20ms, 30ms}) {
+    const Presented away = display.repeat(0ms);
+    EXPECT_EQ(away.result, Present::kAway);
+    EXPECT_EQ(away.flipped_at, flip);
+    EXPECT_EQ(clock.now(), flip);
+    EXPECT_STREQ(display.trouble(), "unplugged on demand");
+  }
+  EXPECT_EQ(display.repeat(0ms).result, Present::kShown);
+  EXPECT_EQ(clock.now(), 40ms);
+  EXPECT_EQ(display.frames(), 2);
+}
+
+TEST(FakeDisplay, ComesBackWithAnotherPeriod) {
+  FakeClock clock;
+  FakeDisplay display(clock, 3, 2, 10ms);
+  display.set_absences({{10ms, 20ms, 5ms}, {30ms, 40ms, 20ms}});
+  EXPECT_EQ(display.present(0ms).result, Present::kAway);
+  EXPECT_EQ(display.period(), 10ms);
+  EXPECT_EQ(display.present(0ms).flipped_at, 20ms);
+  EXPECT_EQ(display.period(), 5ms);
+  EXPECT_EQ(display.present(0ms).flipped_at, 25ms);
+  EXPECT_EQ(display.present(38ms).flipped_at, 40ms);
+  EXPECT_EQ(display.present(0ms).flipped_at, 60ms);
+}
+
 TEST(FakeDisplay, RefusesSizesAndPeriodsThatAreNone) {
   FakeClock clock;
   EXPECT_THROW(FakeDisplay(clock, 0, 2), std::runtime_error);

@@ -1,6 +1,5 @@
 // Runs inside a virtual machine (tests/vm/guest): the kernel's drivers answer at their device nodes.
 // SPDX-License-Identifier: MIT
-#include <drm.h>
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <linux/gpio.h>
@@ -8,7 +7,6 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -59,14 +57,6 @@ std::string gpio_label(const DeviceNode& node) {
   return node.answers(GPIO_GET_CHIPINFO_IOCTL, chip) ? chip.label : std::string();
 }
 
-std::string display_driver(const DeviceNode& node) {
-  std::array<char, 32> name{};
-  drm_version version{};
-  version.name = name.data();
-  version.name_len = name.size() - 1;
-  return node.answers(DRM_IOCTL_VERSION, version) ? name.data() : std::string();
-}
-
 TEST(Vivid, IsFourCameras) {
   const int found = nodes_of("/dev", "video", "vivid", video_driver);
   EXPECT_EQ(found, 4);
@@ -83,12 +73,6 @@ TEST(GpioSim, IsABankOfLines) {
   const int found = nodes_of("/dev", "gpiochip", "dome-gpio", gpio_label);
   EXPECT_EQ(found, 1);
   std::printf("gpio-sim: %d nodes\n", found);
-}
-
-TEST(Vkms, IsAGraphicsCard) {
-  const int found = nodes_of("/dev/dri", "card", "vkms", display_driver);
-  EXPECT_EQ(found, 1);
-  std::printf("vkms: %d nodes\n", found);
 }
 
 }  // namespace
