@@ -187,9 +187,6 @@ GpioPoll Gpiod1Lines::poll(GpioEdge& edge, GpioTrouble& trouble) noexcept {
   for (std::size_t k = 0; k < lines_.size(); ++k) {
     const std::size_t i = (first_ + k) % lines_.size();
     Line& line = lines_[i];
-    if (polled_[i].revents & (POLLHUP | POLLERR | POLLNVAL)) {
-      return lost("poll", ENODEV, static_cast<int>(i), trouble);
-    }
     if (polled_[i].revents & POLLIN) {
       first_ = i + 1;
       return read(i, edge, trouble);
@@ -203,7 +200,8 @@ GpioPoll Gpiod1Lines::poll(GpioEdge& edge, GpioTrouble& trouble) noexcept {
     edge = {i, line.active, clock_.now()};
     return GpioPoll::kEdge;
   }
-  // Outputs have nothing to poll. Asking about a line does not touch the hardware.
+  // Whether the chips are there still: outputs have nothing to poll. Asking about a line does not touch the
+  // hardware.
   for (gpiod_line* line : watched_) {
     if (gpiod_line_update(line) != 0) return lost("line info", errno, -1, trouble);
   }

@@ -1,4 +1,5 @@
-// Lines through libgpiod 2.x: one request a chip, each of its lines with settings of its own.
+// Lines through libgpiod 2.x: one request a chip, each of its lines with settings of its own. When events
+// overrun, the kernel drops the oldest, so that the last one is always what the line is.
 // SPDX-License-Identifier: MIT
 #include <array>
 #include <cassert>
@@ -66,7 +67,7 @@ LineSettings settings_of(const GpioLine& line) {
 
 class Gpiod2Lines final : public Gpio {
  public:
-  explicit Gpiod2Lines(Clock& clock) : clock_(clock) {}
+  Gpiod2Lines() = default;
   ~Gpiod2Lines() override { stop(); }
   Gpiod2Lines(const Gpiod2Lines&) = delete;
   Gpiod2Lines& operator=(const Gpiod2Lines&) = delete;
@@ -82,8 +83,6 @@ class Gpiod2Lines final : public Gpio {
     std::size_t bank = 0;
     unsigned offset = 0;
     bool output = false;
-    bool active = false;     // an input's last edge, or its level at the start
-    bool unchecked = false;  // since that edge: events may have overrun or merged
   };
   struct Bank {  // one chip's lines
     std::size_t chip = 0;
@@ -96,7 +95,6 @@ class Gpiod2Lines final : public Gpio {
   static GpioPoll lost(const char* step, int error, int line, GpioTrouble& trouble);
   GpioPoll read(std::size_t bank, GpioEdge& edge, GpioTrouble& trouble);
 
-  Clock& clock_;
   std::vector<Line> lines_;
   std::vector<Bank> banks_;
   EventBuffer event_;
@@ -146,7 +144,7 @@ std::optional<GpioTrouble> Gpiod2Lines::find(std::span<const GpioLine> lines, st
     for (const Line& other : lines_) {  // one request takes a line once; two would find it busy
       if (other.bank == bank && other.offset == at.offset) return trouble_of("request", EBUSY, place);
     }
-    lines_.push_back({bank, at.offset, lines[i].output, false, false});
+    lines_.push_back({bank, at.offset, lines[i].output});
   }
   return std::nullopt;
 }
@@ -206,7 +204,7 @@ std::optional<GpioTrouble> Gpiod2Lines::take(std::span<const GpioLine> lines, Gp
     const gpiod_line_value level =
         gpiod_line_request_get_value(banks_[lines_[i].bank].request.get(), lines_[i].offset);
     if (level == GPIOD_LINE_VALUE_ERROR) return trouble_of("get value", errno, static_cast<int>(i));
-    levels[i] = lines_[i].active = level == GPIOD_LINE_VALUE_ACTIVE;
+    levels[i] = level == GPIOD_LINE_VALUE_ACTIVE;
   }
   return std::nullopt;
 }
@@ -231,9 +229,7 @@ GpioPoll Gpiod2Lines::read(std::size_t bank, GpioEdge& edge, GpioTrouble& troubl
   const unsigned offset = gpiod_edge_event_get_line_offset(event);
   for (std::size_t i = 0; i < lines_.size(); ++i) {
     if (lines_[i].bank != bank || lines_[i].offset != offset) continue;
-    lines_[i].active = gpiod_edge_event_get_event_type(event) == GPIOD_EDGE_EVENT_RISING_EDGE;
-    lines_[i].unchecked = true;
-    edge = {i, lines_[i].active,
+    edge = {i, gpiod_edge_event_get_event_type(event) == GPIOD_EDGE_EVENT_RISING_EDGE,
             nanoseconds(static_cast<std::int64_t>(gpiod_edge_event_get_timestamp_ns(event)))};
     return GpioPoll::kEdge;
   }
@@ -253,17 +249,6 @@ GpioPoll Gpiod2Lines::poll(GpioEdge& edge, GpioTrouble& trouble) noexcept {
     first_ = i + 1;
     return read(i, edge, trouble);
   }
-  for (std::size_t i = 0; i < lines_.size(); ++i) {
-    Line& line = lines_[i];
-    if (!line.unchecked) continue;
-    line.unchecked = false;
-    const gpiod_line_value level = gpiod_line_request_get_value(banks_[line.bank].request.get(), line.offset);
-    if (level == GPIOD_LINE_VALUE_ERROR) return lost("get value", errno, static_cast<int>(i), trouble);
-    if ((level == GPIOD_LINE_VALUE_ACTIVE) == line.active) continue;
-    line.active = level == GPIOD_LINE_VALUE_ACTIVE;
-    edge = {i, line.active, clock_.now()};
-    return GpioPoll::kEdge;
-  }
   return GpioPoll::kNothing;
 }
 
@@ -278,8 +263,8 @@ std::optional<GpioTrouble> Gpiod2Lines::set(std::size_t line, bool active) noexc
 
 }  // namespace
 
-std::unique_ptr<Gpio> make_gpiod_lines(Clock& clock) {
-  return std::make_unique<Gpiod2Lines>(clock);
+std::unique_ptr<Gpio> make_gpiod_lines(Clock&) {
+  return std::make_unique<Gpiod2Lines>();
 }
 
 }  // namespace cupola
