@@ -35,6 +35,8 @@ class ShowFrames {
   };
   // Fetches the faces due at `time`, which must not run backwards.
   Change advance(std::chrono::nanoseconds time) noexcept;
+  // From `time` on, the cue that follows the present one.
+  void next_cue(std::chrono::nanoseconds time) noexcept { timeline_.next_cue(time); }
   // Warps the faces fetched last into `frame`, which has frame_size() and any format. Where `frame` holds
   // what warp() made `age` calls ago, 1 being the last one, only what has changed since is done; 0: it holds
   // anything.
