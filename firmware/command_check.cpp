@@ -42,7 +42,9 @@ void describe(const Rig& rig) {
 
 void CheckCommand::check_rig(std::vector<std::string>& errors) const {
   try {
-    describe(load_named_rig(rig_, overrides()));
+    const Rig rig = load_named_rig(rig_, overrides());
+    load_rig_devices(rig.file, overrides());
+    describe(rig);
   } catch (const InputError& error) {
     errors.emplace_back(error.what());
   }

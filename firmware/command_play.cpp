@@ -8,10 +8,12 @@
 #include <nlohmann/json.hpp>
 
 #include "firmware/command.h"
+#include "firmware/control_panel.h"
 #include "firmware/file_display.h"
 #include "firmware/frame_loop.h"
 #include "firmware/show_frames.h"
 #include "hal/display/fake_display.h"
+#include "hal/gpio/gpiod_lines.h"
 #include "hal/time/clock.h"
 #include "pipeline/frame/atomic_file.h"
 #include "pipeline/frame/error.h"
@@ -62,7 +64,8 @@ class PlayCommand final : public Command {
 
  private:
   std::unique_ptr<Display> open_display(Clock& clock, const Show& show) const;
-  void write_stats(const FrameLoop& loop, const Show& show, Cpu on, int pool_threads) const;
+  void write_stats(const FrameLoop& loop, const GpioCounts& gpio, const Show& show, Cpu on,
+                   int pool_threads) const;
 
   std::string show_;
   std::string rig_;
@@ -113,7 +116,8 @@ std::unique_ptr<Display> PlayCommand::open_display(Clock& clock, const Show& sho
 #endif
 }
 
-void PlayCommand::write_stats(const FrameLoop& loop, const Show& show, Cpu on, int pool_threads) const {
+void PlayCommand::write_stats(const FrameLoop& loop, const GpioCounts& gpio, const Show& show, Cpu on,
+                              int pool_threads) const {
   const LoopCounts& counts = loop.counts();
   std::vector<double> times = loop.warp_ms();
   std::sort(times.begin(), times.end());
@@ -130,6 +134,10 @@ void PlayCommand::write_stats(const FrameLoop& loop, const Show& show, Cpu on, i
                                         {"tiles_warped", counts.tiles_warped},
                                         {"tiles_skipped", counts.tiles_skipped},
                                         {"frames_failed", counts.frames_failed},
+                                        {"blackout_frames", counts.blackout_frames},
+                                        {"gpio_edges", gpio.edges},
+                                        {"gpio_losses", gpio.losses},
+                                        {"gpio_returns", gpio.returns},
                                         {"heap_allocations", counts.heap_allocations},
                                         {"heap_allocations_elsewhere", counts.heap_allocations_elsewhere},
                                         {"pixel_bytes_copied", counts.pixel_bytes_copied},
@@ -167,11 +175,17 @@ int PlayCommand::run() {
   } catch (const std::runtime_error& error) {
     throw Failure(error.what());
   }
-  FrameLoop loop(frames, *display, clock, pool);
+  // Buttons and lamps live in real time.
+  const std::unique_ptr<Gpio> gpio = make_gpiod_lines(real);
+  std::optional<ControlPanel> panel;
+  if (&clock == &real && !what.devices.gpio.empty()) panel.emplace(what.devices.gpio, *gpio, real);
+  FrameLoop loop(frames, *display, clock, pool, panel ? &*panel : nullptr);
   std::optional<std::chrono::nanoseconds> time;
   if (seconds_ > 0.0) time = std::chrono::nanoseconds(std::llround(seconds_ * 1e9));
   const LoopEnd end = loop.run(time);
-  if (!stats_.empty()) write_stats(loop, what, on, pool.threads());
+  if (!stats_.empty()) {
+    write_stats(loop, panel ? panel->counts() : GpioCounts(), what, on, pool.threads());
+  }
   if (end == LoopEnd::kLost) throw Failure(display->trouble());
   return 0;
 }

@@ -158,7 +158,7 @@ std::vector<std::int64_t> RenderCommand::numbers(const FrameRange& range) const 
 
 void RenderCommand::fetch(ShowFrames& frames, std::int64_t number) const {
   const std::chrono::nanoseconds time = time_of(number, frames.rate());
-  const ShowFrames::Change change = frames.advance(time, time);
+  const ShowFrames::Change change = frames.advance({time, time});
   if (change == ShowFrames::Change::kFailed) throw InputError(frames.trouble());
 }
 

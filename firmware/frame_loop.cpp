@@ -15,17 +15,20 @@ using std::chrono::nanoseconds;
 
 namespace {
 
+constexpr int kOldest = 64;  // presents; no display has so many buffers
+
 MutableImage image_of(const DisplayBuffer& buffer) {
   return {PixelFormat::kXrgb8888, {buffer.width, buffer.height}, {{{buffer.data, buffer.stride}, {}, {}}}};
 }
 
 }  // namespace
 
-FrameLoop::FrameLoop(FrameMaker& show, Display& display, Clock& clock, WorkerPool& pool)
+FrameLoop::FrameLoop(FrameMaker& show, Display& display, Clock& clock, WorkerPool& pool, ControlPanel* panel)
     : show_(show),
       display_(display),
       clock_(clock),
       pool_(pool),
+      panel_(panel),
       period_(display.period()),
       warp_times_(65536) {
   if (period_ <= nanoseconds(0)) period_ = nanoseconds(std::llround(1e9 / show.rate()));
@@ -37,6 +40,7 @@ LoopEnd FrameLoop::run(std::optional<nanoseconds> time) noexcept {
   const LoopEnd end = play(time);
   const HeapAllocations after = heap_allocations();
   leave_frame_loop();
+  if (panel_) panel_->rest();
   counts_.heap_allocations = after.frame_loop - before.frame_loop;
   counts_.heap_allocations_elsewhere = after.elsewhere - before.elsewhere;
   return end;
@@ -45,23 +49,33 @@ LoopEnd FrameLoop::run(std::optional<nanoseconds> time) noexcept {
 LoopEnd FrameLoop::play(std::optional<nanoseconds> time) noexcept {
   nanoseconds start = clock_.now();  // the show's time 0: when its first frame is seen
   nanoseconds next = start;          // when the coming frame is to be seen
+  nanoseconds previous = start;
+  nanoseconds begun = start;  // unlike `start`, not moved by pauses
   bool shown = false;
   for (;;) {
     if (interrupted()) return LoopEnd::kInterrupted;
-    if (time && next - start + period_ / 4 >= *time) return LoopEnd::kTimeUp;
-    const FrameMaker::Change change = show_.advance(next - start, next);
+    if (time && next - begun + period_ / 4 >= *time) return LoopEnd::kTimeUp;
+    const ControlPanel::Wishes wishes = panel_ ? panel_->poll() : ControlPanel::Wishes();
+    if (wishes.held) start += next - previous;
+    previous = next;
+    const FrameMaker::Change change = show_.advance({next - start, next, wishes.next});
     if (change == FrameMaker::Change::kOver) return LoopEnd::kOver;
     note_trouble(change == FrameMaker::Change::kFailed);
     Presented presented;
-    if (change == FrameMaker::Change::kNew || !shown) {
+    const bool uncover = black_ && change != FrameMaker::Change::kFailed;
+    if (wishes.blackout) {
+      presented = show_black(next);
+    } else if (change == FrameMaker::Change::kNew || uncover || !shown) {
       const DisplayBuffer buffer = display_.back_buffer();
       if (!buffer.data) return LoopEnd::kLost;
-      const nanoseconds begun = clock_.now();
-      const WarpWork work = show_.warp(image_of(buffer), buffer.age);
+      const nanoseconds warp_begun = clock_.now();
+      const WarpWork work = show_.warp(image_of(buffer), buffer.age <= since_black_ ? buffer.age : 0);
       counts_.tiles_warped += work.pieces;
       counts_.tiles_skipped += work.skipped;
-      warp_times_[warps_++ % warp_times_.size()] = clock_.now() - begun;
+      warp_times_[warps_++ % warp_times_.size()] = clock_.now() - warp_begun;
       presented = display_.present(next);
+      black_ = false;
+      since_black_ = std::min(since_black_ + 1, kOldest);
     } else {
       presented = display_.repeat(next);
       if (presented.result == Present::kShown) ++counts_.frames_unchanged;
@@ -69,10 +83,12 @@ LoopEnd FrameLoop::play(std::optional<nanoseconds> time) noexcept {
     if (presented.result == Present::kClosed) return LoopEnd::kClosed;
     if (presented.result == Present::kLost) return LoopEnd::kLost;
     note_absence(presented.result == Present::kAway);
-    if (!shown) start = next = presented.flipped_at;
+    if (panel_) panel_->flipped(black_);
+    if (!shown) begun = start = previous = next = presented.flipped_at;
     shown = true;
-    if (presented.result == Present::kShown) show_.shown(presented.flipped_at);
+    if (!away_ && !black_) show_.shown(presented.flipped_at);
     ++(away_ ? counts_.frames_unshown : counts_.frames_presented);
+    counts_.blackout_frames += black_ ? 1 : 0;
     const nanoseconds behind = presented.flipped_at - next;
     if (!away_ && behind > period_ / 2) ++counts_.frames_late;
     if (display_.period() > nanoseconds(0)) {
@@ -86,6 +102,20 @@ LoopEnd FrameLoop::play(std::optional<nanoseconds> time) noexcept {
       next += (missed + 1) * period_;
     }
   }
+}
+
+// Once; then it stands.
+Presented FrameLoop::show_black(nanoseconds when) noexcept {
+  if (black_) return display_.repeat(when);
+  const DisplayBuffer buffer = display_.back_buffer();
+  if (!buffer.data) return {Present::kLost, clock_.now()};
+  for (int y = 0; y < buffer.height; ++y) {
+    auto* row = reinterpret_cast<std::uint32_t*>(buffer.data + y * buffer.stride);
+    std::fill_n(row, buffer.width, 0xff000000U);
+  }
+  black_ = true;
+  since_black_ = 0;
+  return display_.present(when);
 }
 
 void FrameLoop::note_trouble(bool failed) noexcept {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "firmware/control_panel.h"
 #include "firmware/frame_maker.h"
 #include "hal/display/display.h"
 #include "hal/time/clock.h"
@@ -19,6 +20,7 @@ struct LoopCounts {
   std::int64_t frames_unshown = 0;    // presented to a display that was away
   std::int64_t display_losses = 0;    // times it went away
   std::int64_t frames_unchanged = 0;  // of the shown: not warped, since nothing had changed
+  std::int64_t blackout_frames = 0;   // of the shown: black by the operator's wish
   std::int64_t tiles_warped = 0;      // parts of the warped frames that were made,
   std::int64_t tiles_skipped = 0;     // and that were left as they were, since nothing in them had changed
   std::int64_t frames_late = 0;       // shown more than half a period after their time
@@ -35,11 +37,12 @@ enum class LoopEnd : std::uint8_t { kOver, kTimeUp, kClosed, kLost, kInterrupted
 
 class FrameLoop {
  public:
-  // All are borrowed for the loop's life. `pool` is the one that `show` uses.
-  FrameLoop(FrameMaker& show, Display& display, Clock& clock, WorkerPool& pool);
+  // All are borrowed for the loop's life. `pool` is the one that `show` uses; there may be no `panel`.
+  FrameLoop(FrameMaker& show, Display& display, Clock& clock, WorkerPool& pool,
+            ControlPanel* panel = nullptr);
 
-  // Plays until the show is over, or for `time` of it. Allocates nothing but to say, once a change, what
-  // went wrong.
+  // Plays until the show is over, or for `time`, pauses included. Allocates nothing but to say, once a
+  // change, what went wrong.
   LoopEnd run(std::optional<std::chrono::nanoseconds> time) noexcept;
 
   const LoopCounts& counts() const { return counts_; }
@@ -48,6 +51,7 @@ class FrameLoop {
 
  private:
   LoopEnd play(std::optional<std::chrono::nanoseconds> time) noexcept;
+  Presented show_black(std::chrono::nanoseconds when) noexcept;
   void note_trouble(bool failed) noexcept;
   void note_absence(bool away) noexcept;
 
@@ -55,10 +59,13 @@ class FrameLoop {
   Display& display_;
   Clock& clock_;
   WorkerPool& pool_;
+  ControlPanel* panel_;
   std::chrono::nanoseconds period_;
   LoopCounts counts_;
   bool failing_ = false;
   bool away_ = false;
+  bool black_ = false;   // what was presented last
+  int since_black_ = 0;  // presents since then: older buffers hold no frame of the show
   std::vector<std::chrono::nanoseconds> warp_times_;  // a ring
   std::size_t warps_ = 0;
 };

@@ -21,9 +21,13 @@ class FrameMaker {
     kFailed,     // the faces could not be had; the frame before stands
     kOver,       // the show is over
   };
-  // Gets the faces due at `time` of the show, which must not run backwards; they will be seen at the clock's
-  // `flip`. May wait for them, but only so long that warping still makes the flip.
-  virtual Change advance(std::chrono::nanoseconds time, std::chrono::nanoseconds flip) noexcept = 0;
+  struct Due {
+    std::chrono::nanoseconds time{0};  // of the show; must not run backwards
+    std::chrono::nanoseconds flip{0};  // of the clock: when the frame will be seen
+    int cues_on = 0;                   // the operator wants so many next cues, from that time on
+  };
+  // Gets the faces due. May wait for them, but only so long that warping still makes the flip.
+  virtual Change advance(const Due& due) noexcept = 0;
   // Warps them into `frame`, which has the rig's size and any format. Where `frame` holds what warp() made
   // `age` calls ago, 1 being the last one, only what has changed since need be done; 0: it holds anything.
   virtual WarpWork warp(const MutableImage& frame, int age) noexcept = 0;

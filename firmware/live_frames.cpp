@@ -114,8 +114,8 @@ std::vector<LiveView> LiveFrames::start_cameras() {
   return views;
 }
 
-FrameMaker::Change LiveFrames::advance(nanoseconds /*time*/, nanoseconds flip) noexcept {
-  faces_->gather(flip - lead_);
+FrameMaker::Change LiveFrames::advance(const Due& due) noexcept {
+  faces_->gather(due.flip - lead_);
   fresh_ = faces_->choose();
   return fresh_ ? Change::kNew : Change::kUnchanged;
 }

@@ -32,7 +32,7 @@ class LiveFrames final : public FrameMaker {
   LiveFrames(const Rig& rig, std::vector<OpenCamera> cameras, const SyncSettings& settings, Cpu cpu,
              WorkerPool& pool, Clock& clock);
 
-  Change advance(std::chrono::nanoseconds time, std::chrono::nanoseconds flip) noexcept override;
+  Change advance(const Due& due) noexcept override;
   WarpWork warp(const MutableImage& frame, int age) noexcept override;
   void shown(std::chrono::nanoseconds flipped_at) noexcept override;
   double rate() const override { return rate_; }

@@ -148,6 +148,7 @@ Show load_show(const std::filesystem::path& file, std::span<const std::string> o
       const std::string own = rig.empty() ? root.text("rig") : root.text("rig", "");
       show.rig =
           rig.empty() ? load_rig(found(own, directory, "rigs"), for_rig) : load_named_rig(rig, for_rig);
+      show.devices = load_rig_devices(show.rig.file, for_rig);
     });
     attempt([&] { tables = root.tables("cue"); });
     attempt([&] { root.finish(); });

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/rig_devices.h"
 #include "pipeline/optics/rig.h"
 #include "pipeline/parallel/worker_pool.h"
 #include "pipeline/source/face_source.h"
@@ -39,6 +40,7 @@ struct Cue {
 struct Show {
   std::string name;  // for the files it is rendered to
   Rig rig;
+  RigDevices devices;     // of the same file
   std::vector<Cue> cues;  // at least one
 };
 

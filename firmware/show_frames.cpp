@@ -86,8 +86,9 @@ PixelFormat ShowFrames::format() const {
   return deep ? PixelFormat::kRgbPlanar16 : PixelFormat::kRgbPlanar8;
 }
 
-ShowFrames::Change ShowFrames::advance(std::chrono::nanoseconds time, std::chrono::nanoseconds /*flip*/) noexcept {
-  const std::optional<Moment> moment = timeline_.at(time);
+ShowFrames::Change ShowFrames::advance(const Due& due) noexcept {
+  for (int i = 0; i < due.cues_on; ++i) timeline_.next_cue(due.time);
+  const std::optional<Moment> moment = timeline_.at(due.time);
   if (!moment) return Change::kOver;
   if (asked_ && *moment == moment_) return failed_ ? Change::kFailed : Change::kUnchanged;
   moment_ = *moment;

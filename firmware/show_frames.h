@@ -25,10 +25,10 @@ class ShowFrames final : public FrameMaker {
 
   Size frame_size() const { return frame_size_; }
   double rate() const override { return rate_; }  // of the first cue
-  PixelFormat format() const;            // of the faces: 16 bits if any cue has 16
+  PixelFormat format() const;                     // of the faces: 16 bits if any cue has 16
   const Timeline& timeline() const { return timeline_; }
 
-  Change advance(std::chrono::nanoseconds time, std::chrono::nanoseconds flip) noexcept override;
+  Change advance(const Due& due) noexcept override;
   WarpWork warp(const MutableImage& frame, int age) noexcept override;
   void shown(std::chrono::nanoseconds /*flipped_at*/) noexcept override {}
 

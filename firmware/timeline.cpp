@@ -43,6 +43,12 @@ std::optional<Moment> Timeline::at(nanoseconds time) noexcept {
   return std::nullopt;
 }
 
+void Timeline::next_cue(nanoseconds time) noexcept {
+  if (over_ || !cues_[cue_].then) return;
+  begin_ = time;
+  cue_ = *cues_[cue_].then;
+}
+
 std::optional<nanoseconds> Timeline::length() const {
   nanoseconds sum{0};
   std::vector<bool> seen(cues_.size());

@@ -34,6 +34,9 @@ class Timeline {
 
   // Time must not run backwards from call to call; none when the show is over. Does not allocate.
   std::optional<Moment> at(std::chrono::nanoseconds time) noexcept;
+  // The cue that follows begins at `time`, which must not run backwards either; after the last one nothing
+  // follows.
+  void next_cue(std::chrono::nanoseconds time) noexcept;
   // How long the show is; none when it never ends.
   std::optional<std::chrono::nanoseconds> length() const;
 

@@ -76,7 +76,7 @@ class CheckingDisplay final : public Display {
     const Presented presented = display_.present(when);
     ImageBuffer whole(PixelFormat::kXrgb8888, frames_.frame_size());
     const nanoseconds time = nanoseconds(1s) * count_++ / 60;
-    frames_.advance(time, time);
+    frames_.advance({time, time});
     frames_.warp(whole.pixels(), 0);
     const DisplayBuffer shown = display_.front_buffer();
     for (int y = 0; y < shown.height; ++y) {

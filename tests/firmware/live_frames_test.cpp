@@ -43,6 +43,7 @@ class SeenDisplay final : public Display {
   Presented present(nanoseconds when) noexcept override { return seen(fake_.present(when)); }
   Presented repeat(nanoseconds when) noexcept override { return seen(fake_.repeat(when)); }
   nanoseconds period() const noexcept override { return fake_.period(); }
+  const char* trouble() const noexcept override { return fake_.trouble(); }
 
  private:
   Presented seen(Presented presented) noexcept {

@@ -71,6 +71,22 @@ TEST(Timeline, SkipsCuesWhoseTimeHasPassed) {
   EXPECT_EQ(timeline.at(flip(150)), (Moment{2, 30}));
 }
 
+TEST(Timeline, GoesToTheNextCueWhenItIsTold) {
+  Timeline timeline(Cues{{.frames = 60, .then = 2}, {.frames = 60}, {.first = 5}});
+  EXPECT_EQ(timeline.at(flip(7)), (Moment{0, 7}));
+  timeline.next_cue(flip(8));
+  for (std::int64_t i = 0; i < 100; ++i) ASSERT_EQ(timeline.at(flip(8 + i)), (Moment{2, 5 + i}));
+  timeline.next_cue(flip(108));
+  EXPECT_EQ(timeline.at(flip(108)), (Moment{2, 105})) << "nothing follows the last cue";
+}
+
+TEST(Timeline, StaysOverWhenItIsOver) {
+  Timeline timeline(Cues{{.frames = 2, .then = 1}, {.frames = 2}});
+  EXPECT_EQ(timeline.at(flip(4)), std::nullopt);
+  timeline.next_cue(flip(5));
+  EXPECT_EQ(timeline.at(flip(5)), std::nullopt);
+}
+
 TEST(Timeline, KnowsHowLongTheShowIs) {
   EXPECT_EQ(Timeline(Cues{{.frames = 30, .then = 1}, {.rate = 10.0, .frames = 30}}).length(),
             nanoseconds(3500ms));

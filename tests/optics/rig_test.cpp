@@ -79,6 +79,12 @@ TEST_F(RigFile, WorldViewsStayWithTheHorizon) {
   EXPECT_LT(glm::length(zenith.world_from_lens * zenith.views[0].forward - Vec3(0, 0, -1)), 1e-15);
 }
 
+TEST_F(RigFile, LeavesTheTablesOfHardwareToOthers) {
+  load(kFrame + kLens + kFront +
+       "[[camera]]\nany = 1\n[gpio]\nany = 2\n[[gpio.input]]\nany = 3\n[display]\nany = 4\n");
+  expect_refused(kFrame + kLens + kFront + "[gpoi]\n", "did you mean gpio?");
+}
+
 TEST_F(RigFile, AnyPoseIsTakenAndMadeOrthogonal) {
   const Rig rig = load(
       kFrame + kLens +

@@ -1,0 +1,100 @@
+// Reading a rig's hardware into values that cannot be invalid.
+// SPDX-License-Identifier: MIT
+#include "firmware/rig_devices.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <string_view>
+
+#include "pipeline/settings/settings.h"
+
+namespace cupola {
+namespace {
+
+// The keys that inputs and outputs share.
+GpioLine read_line(SettingsTable& table) {
+  GpioLine line;
+  if (table.has("offset")) {
+    if (table.has("name")) table.refuse("name", "expected either a line's name or chip and offset, not both");
+    line.offset = static_cast<int>(table.integer("offset", 0, 65535));
+    line.chip = table.text("chip");
+  } else {
+    line.name = table.text("name");
+    if (line.name.empty()) table.refuse("name", "expected the name of a line");
+    line.chip = table.text("chip", "");
+  }
+  line.active_low = table.flag("active_low", false);
+  return line;
+}
+
+PanelInput read_input(SettingsTable& table) {
+  constexpr std::array<std::string_view, 3> kDoes = {"play-pause", "next", "blackout"};
+  constexpr std::array<std::string_view, 4> kBias = {"as-is", "none", "pull-up", "pull-down"};
+  PanelInput input;
+  input.line = read_line(table);
+  input.does = static_cast<InputDoes>(table.choice("does", kDoes));
+  input.line.bias = static_cast<GpioBias>(table.choice("bias", kBias, 0));
+  const double debounce_ms = table.number("debounce_ms", 0.0, 1000.0, 5.0);
+  input.line.debounce = std::chrono::microseconds(std::llround(1000.0 * debounce_ms));
+  if (input.does == InputDoes::kBlackout) {
+    // Dark at the first sign: a spike costs a dark frame, waiting for the contacts would cost a bright one.
+    input.line.debounce_kind = GpioDebounce::kAtOnce;
+  } else {
+    input.line.edges = GpioEdges::kToActive;
+  }
+  table.finish();
+  return input;
+}
+
+PanelOutput read_output(SettingsTable& table) {
+  constexpr std::array<std::string_view, 4> kIs = {"lamp", "shutter", "camera-trigger", "tally"};
+  PanelOutput output;
+  output.line = read_line(table);
+  output.line.output = true;
+  output.is = static_cast<OutputIs>(table.choice("is", kIs));
+  table.finish();
+  return output;
+}
+
+GpioSettings read_gpio(SettingsTable table) {
+  GpioSettings gpio;
+  std::vector<std::string> taken;
+  const auto own = [&](const SettingsTable& entry, const GpioLine& line) {
+    const std::string what =
+        line.offset < 0 && !line.chip.empty() ? line.chip + " " + line.name : describe(line);
+    for (const std::string& other : taken) {
+      if (other == what) {
+        entry.refuse(line.offset < 0 ? "name" : "offset",
+                     fmt::format("expected a line of its own; {} is taken", describe(line)));
+      }
+    }
+    taken.push_back(what);
+    if (taken.size() > kMostGpioLines) {
+      entry.refuse("", fmt::format("expected at most {} inputs and outputs", kMostGpioLines));
+    }
+  };
+  for (SettingsTable& entry : table.tables("input")) {
+    gpio.inputs.push_back(read_input(entry));
+    own(entry, gpio.inputs.back().line);
+  }
+  for (SettingsTable& entry : table.tables("output")) {
+    gpio.outputs.push_back(read_output(entry));
+    own(entry, gpio.outputs.back().line);
+  }
+  table.finish();
+  return gpio;
+}
+
+}  // namespace
+
+RigDevices load_rig_devices(const std::filesystem::path& file, std::span<const std::string> overrides) {
+  SettingsTable table = load_settings(file, overrides);
+  RigDevices devices;
+  devices.gpio = read_gpio(table.table("gpio"));
+  return devices;  // unknown keys beside these tables were load_rig()'s to refuse
+}
+
+}  // namespace cupola

@@ -1,0 +1,161 @@
+// The hardware tables of rig files: what they give, and what is refused with file, line and key.
+// SPDX-License-Identifier: MIT
+#include "firmware/rig_devices.h"
+
+#include <gtest/gtest.h>
+
+#include "firmware/show.h"
+#include "pipeline/frame/error.h"
+#include "tests/frame/picture_files.h"
+
+namespace cupola {
+namespace {
+
+using namespace std::chrono_literals;
+
+class RigDevicesTest : public testing::Test {
+ protected:
+  RigDevices load(const std::string& text, std::vector<std::string> overrides = {}) {
+    write_text(folder_ / "rig.toml", text);
+    return load_rig_devices(folder_ / "rig.toml", overrides);
+  }
+  void expect_refused(const std::string& text, const std::string& words) {
+    try {
+      load(text);
+      ADD_FAILURE() << "taken: " << text;
+    } catch (const InputError& error) {
+      const std::string said = error.what();
+      EXPECT_NE(said.find("rig.toml:" + words), std::string::npos)
+          << "said: " << said << "\nexpected: " << words;
+    }
+  }
+  TemporaryFolder folder_;
+};
+
+const std::string kPanel = R"(tilt_deg = 30
+[gpio]
+[[gpio.input]]
+name = "button-play"
+does = "play-pause"
+active_low = true
+bias = "pull-up"
+debounce_ms = 12.5
+
+[[gpio.input]]
+chip = "soc"
+offset = 7
+does = "blackout"
+
+[[gpio.output]]
+name = "lamp-enable"
+chip = "soc"
+is = "lamp"
+
+[[gpio.output]]
+name = "camera"
+is = "camera-trigger"
+active_low = true
+)";
+
+TEST_F(RigDevicesTest, ReadsButtonsAndLamps) {
+  const GpioSettings gpio = load(kPanel).gpio;
+  ASSERT_EQ(gpio.inputs.size(), 2U);
+  EXPECT_EQ(gpio.inputs[0].does, InputDoes::kPlayPause);
+  const GpioLine& play = gpio.inputs[0].line;
+  EXPECT_EQ(play.name, "button-play");
+  EXPECT_EQ(play.chip, "");
+  EXPECT_EQ(play.offset, -1);
+  EXPECT_FALSE(play.output);
+  EXPECT_TRUE(play.active_low);
+  EXPECT_EQ(play.bias, GpioBias::kPullUp);
+  EXPECT_EQ(play.debounce, 12500us);
+  EXPECT_EQ(play.debounce_kind, GpioDebounce::kSettled);
+  EXPECT_EQ(play.edges, GpioEdges::kToActive);
+  EXPECT_EQ(gpio.inputs[1].does, InputDoes::kBlackout);
+  const GpioLine& blackout = gpio.inputs[1].line;
+  EXPECT_EQ(blackout.chip, "soc");
+  EXPECT_EQ(blackout.offset, 7);
+  EXPECT_EQ(blackout.bias, GpioBias::kAsIs);
+  EXPECT_EQ(blackout.debounce, 5ms);
+  EXPECT_EQ(blackout.debounce_kind, GpioDebounce::kAtOnce);
+  EXPECT_EQ(blackout.edges, GpioEdges::kBoth);
+  ASSERT_EQ(gpio.outputs.size(), 2U);
+  EXPECT_EQ(gpio.outputs[0].is, OutputIs::kLamp);
+  EXPECT_EQ(gpio.outputs[0].line.chip, "soc");
+  EXPECT_TRUE(gpio.outputs[0].line.output);
+  EXPECT_FALSE(gpio.outputs[0].line.active_low);
+  EXPECT_EQ(gpio.outputs[1].is, OutputIs::kCameraTrigger);
+  EXPECT_TRUE(gpio.outputs[1].line.active_low);
+}
+
+TEST_F(RigDevicesTest, NeedsNoHardwareAtAll) {
+  EXPECT_TRUE(load("tilt_deg = 30\n").gpio.empty());
+  EXPECT_TRUE(load("[gpio]\n").gpio.empty());
+  EXPECT_FALSE(load(kPanel).gpio.empty());
+}
+
+TEST_F(RigDevicesTest, LaysOverridesOverTheFile) {
+  EXPECT_EQ(load(kPanel, {"gpio.input.0.debounce_ms=3"}).gpio.inputs[0].line.debounce, 3ms);
+}
+
+TEST_F(RigDevicesTest, RefusesWhatItDoesNotKnow) {
+  const std::string input = "[[gpio.input]]\n";
+  const std::string output = "[[gpio.output]]\n";
+  expect_refused(input + "name = \"a\"\ndoes = \"blakout\"\n",
+                 "3: gpio.input.0.does: expected play-pause, next or");
+  expect_refused(input + "name = \"a\"\n", "1: gpio.input.0.does: missing; expected play-pause");
+  expect_refused(input + "does = \"next\"\n", "1: gpio.input.0.name: missing");
+  expect_refused(input + "name = \"\"\ndoes = \"next\"\n",
+                 "2: gpio.input.0.name: expected the name of a line");
+  expect_refused(input + "offset = 3\ndoes = \"next\"\n", "1: gpio.input.0.chip: missing");
+  expect_refused(input + "name = \"a\"\nchip = \"c\"\noffset = 3\ndoes = \"next\"\n",
+                 "2: gpio.input.0.name: expected either a line's name or chip and offset");
+  expect_refused(input + "name = \"a\"\ndoes = \"next\"\nbias = \"up\"\n",
+                 "4: gpio.input.0.bias: expected as-is");
+  expect_refused(input + "name = \"a\"\ndoes = \"next\"\ndebounce_ms = -1\n",
+                 "4: gpio.input.0.debounce_ms: expected a number from 0 to 1000");
+  expect_refused(input + "name = \"a\"\ndoes = \"next\"\ndebounce = 1\n",
+                 "4: gpio.input.0.debounce: unknown key; did you mean debounce_ms?");
+  expect_refused(output + "name = \"a\"\nis = \"lamp\"\nbias = \"pull-up\"\n",
+                 "4: gpio.output.0.bias: unknown key");
+  expect_refused(output + "name = \"a\"\nis = \"tally\"\nactive_low = 1\n",
+                 "4: gpio.output.0.active_low: expected true or false");
+  expect_refused("[gpio]\ninputs = 3\n", "2: gpio.inputs: unknown key; did you mean input?");
+  expect_refused("gpio = 3\n", "1: gpio: expected the table [gpio]");
+}
+
+TEST_F(RigDevicesTest, RefusesALineThatIsNamedTwice) {
+  expect_refused(
+      "[[gpio.input]]\nname = \"a\"\ndoes = \"next\"\n[[gpio.output]]\nname = \"a\"\nis = \"lamp\"\n",
+      "5: gpio.output.0.name: expected a line of its own; a is taken");
+  expect_refused(
+      "[[gpio.input]]\nchip = \"c\"\noffset = 1\ndoes = \"next\"\n"
+      "[[gpio.input]]\nchip = \"c\"\noffset = 1\ndoes = \"blackout\"\n",
+      "7: gpio.input.1.offset: expected a line of its own; chip c, line 1 is taken");
+  std::string many;
+  for (int i = 0; i <= 64; ++i)
+    many += "[[gpio.output]]\nname = \"n" + std::to_string(i) + "\"\nis = \"tally\"\n";
+  expect_refused(many, "193: gpio.output.64: expected at most 64 inputs and outputs");
+}
+
+TEST_F(RigDevicesTest, ComesWithTheShow) {
+  write_text(folder_ / "rig.toml", kPanel + R"([frame]
+width = 64
+height = 64
+[lens]
+model = "equidistant"
+[[view]]
+name = "front"
+)");
+  write_text(folder_ / "show.toml",
+             "rig = \"rig.toml\"\n[[cue]]\nname = \"c\"\nsource = \"generated\"\nworld = \"demo\"\n");
+  const std::string lines[] = {"rig.gpio.output.0.is=tally"};
+  const Show show = load_show(folder_ / "show.toml", lines);
+  EXPECT_EQ(show.devices.gpio.inputs.size(), 2U);
+  EXPECT_EQ(show.devices.gpio.outputs[0].is, OutputIs::kTally);
+  const std::string wrong[] = {"rig.gpio.output.0.is=tallly"};
+  EXPECT_THROW(load_show(folder_ / "show.toml", wrong), InputError);
+}
+
+}  // namespace
+}  // namespace cupola
