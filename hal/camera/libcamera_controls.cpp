@@ -30,7 +30,7 @@ const libcamera::ControlId* find_control(const libcamera::ControlInfoMap& known,
       {"auto_white_balance", ids::AwbEnable},
   };
   for (const OwnName& own : own_names) {
-    if (name == own.name) return known.count(own.id.id()) ? &own.id : nullptr;
+    if (name == own.name) return has_control(known, own.id) ? &own.id : nullptr;
   }
   for (const auto& [id, info] : known) {
     if (id->name() == name) return id;
@@ -70,12 +70,12 @@ std::optional<CameraTrouble> set_named(const CameraSetup& setup, const libcamera
     white |= id->id() == ids::ColourTemperature.id();
   }
   if (red || blue) {
-    if (!red || !blue || !known.count(ids::ColourGains.id())) return unsupported("ColourGains");
+    if (!red || !blue || !has_control(known, ids::ColourGains)) return unsupported("ColourGains");
     controls.set(ids::ColourGains, {*red, *blue});
     white = true;
   }
   fix_by_hand(controls, known, exposure, gain);
-  if (white && known.count(ids::AwbEnable.id()) && !controls.contains(ids::AwbEnable.id())) {
+  if (white && has_control(known, ids::AwbEnable) && !controls.contains(ids::AwbEnable.id())) {
     controls.set(ids::AwbEnable, false);
   }
   return std::nullopt;
@@ -83,7 +83,7 @@ std::optional<CameraTrouble> set_named(const CameraSetup& setup, const libcamera
 
 // Frames a second; 0 where the camera's rate is its own affair.
 double set_rate(double rate, const libcamera::ControlInfoMap& known, libcamera::ControlList& controls) {
-  const auto limits = known.find(ids::FrameDurationLimits.id());
+  const auto limits = known.find(&ids::FrameDurationLimits);
   if (rate <= 0.0 || limits == known.end()) return 0.0;
   double microseconds = 1e6 / rate;
   const libcamera::ControlValue& shortest = limits->second.min();
@@ -126,7 +126,7 @@ std::optional<CameraTrouble> set_controls(const CameraSetup& setup, const libcam
   const auto whole = camera.properties().get(libcamera::properties::ScalerCropMaximum);
   const bool known_whole = whole && whole->width > 0 && whole->height > 0;
   mode.crop = known_whole ? area_of(*whole) : CameraArea{0, 0, mode.width, mode.height};
-  if (setup.crop.width > 0 && known_whole && known.count(ids::ScalerCrop.id())) {
+  if (setup.crop.width > 0 && known_whole && has_control(known, ids::ScalerCrop)) {
     const CameraArea crop = common_area(setup.crop, mode.crop);
     if (crop.width == 0) return unsupported("ScalerCrop");
     controls.set(ids::ScalerCrop, libcamera::Rectangle(crop.x, crop.y, static_cast<unsigned int>(crop.width),

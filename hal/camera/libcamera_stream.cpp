@@ -97,7 +97,7 @@ LibcameraStream::~LibcameraStream() {
   buffers_.clear();
   allocator_.reset();
   configuration_.reset();
-  system_.put_back(std::move(camera_));
+  system_.put_back(std::move(camera_), gone_);
 }
 
 std::variant<CameraMode, CameraTrouble> LibcameraStream::open(const CameraSetup& setup) {
@@ -105,10 +105,17 @@ std::variant<CameraMode, CameraTrouble> LibcameraStream::open(const CameraSetup&
   auto taken = system_.take(setup.device);
   if (const auto* trouble = std::get_if<CameraTrouble>(&taken)) return *trouble;
   camera_ = std::get<std::shared_ptr<libcamera::Camera>>(std::move(taken));
-  if (const Answer trouble = configure(setup)) return *trouble;
-  if (const Answer trouble = allocate()) return *trouble;
-  if (const Answer trouble = begin(setup)) return *trouble;
+  if (const Answer trouble = prepare(setup)) {
+    gone_ = trouble->cause == CameraCause::kMissing;
+    return *trouble;
+  }
   return mode_;
+}
+
+LibcameraStream::Answer LibcameraStream::prepare(const CameraSetup& setup) {
+  if (Answer trouble = configure(setup)) return trouble;
+  if (Answer trouble = allocate()) return trouble;
+  return begin(setup);
 }
 
 LibcameraStream::Answer LibcameraStream::configure(const CameraSetup& setup) {
@@ -118,6 +125,10 @@ LibcameraStream::Answer LibcameraStream::configure(const CameraSetup& setup) {
   }
   if (!configuration_ || configuration_->empty()) {
     return CameraTrouble{CameraCause::kUnsupported, "Camera::generateConfiguration", 0};
+  }
+  if (configuration_->validate() == libcamera::CameraConfiguration::Invalid) {
+    // What it proposed itself: there is no device behind it.
+    return trouble_of("CameraConfiguration::validate", ENODEV);
   }
   if (const Answer trouble = choose_format(*configuration_, setup, mode_.format)) return trouble;
   if (const int error = camera_->configure(configuration_.get())) {

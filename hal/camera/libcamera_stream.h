@@ -44,6 +44,7 @@ class LibcameraStream {
   };
   using Answer = std::optional<CameraTrouble>;
 
+  Answer prepare(const CameraSetup& setup);
   Answer configure(const CameraSetup& setup);
   Answer allocate();
   Answer map(Buffer& buffer);
@@ -73,6 +74,7 @@ class LibcameraStream {
   std::thread courier_;
   std::size_t cancelled_ = 0;  // requests in a row
   std::optional<CameraTrouble> lost_;
+  bool gone_ = false;  // the device does not answer
 };
 
 }  // namespace cupola

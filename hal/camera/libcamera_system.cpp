@@ -46,7 +46,7 @@ class Milestone final : public libcamera::Object {
 }  // namespace
 
 struct LibcameraSystem::Parts {
-  libcamera::CameraManager manager;
+  std::unique_ptr<libcamera::CameraManager> manager;
   std::atomic<Milestone*> milestone{nullptr};
   std::mutex mutex;
   std::vector<libcamera::Camera*> taken;  // by this program
@@ -82,25 +82,39 @@ std::string trouble_with(libcamera::Camera& camera) {
 
 }  // namespace
 
-LibcameraSystem::LibcameraSystem() {
-  setenv("LIBCAMERA_LOG_LEVELS", "*:ERROR", 0);
-  parts_ = std::make_unique<Parts>();
-  parts_->manager.cameraAdded.connect(parts_.get(), &Parts::see_camera);
-  if (const int error = parts_->manager.start()) {
-    trouble_ = CameraTrouble{CameraCause::kFailed, "CameraManager::start", -error};
-  }
+LibcameraSystem::LibcameraSystem() : parts_(std::make_unique<Parts>()) {
+  setenv("LIBCAMERA_LOG_LEVELS", "*:FATAL", 0);
+  begin();
 }
 
 LibcameraSystem::~LibcameraSystem() {
-  if (!trouble_) parts_->manager.stop();
-  delete parts_->milestone.load();  // its thread has ended
+  end();
+}
+
+void LibcameraSystem::begin() {
+  parts_->manager = std::make_unique<libcamera::CameraManager>();
+  parts_->manager->cameraAdded.connect(parts_.get(), &Parts::see_camera);
+  const int error = parts_->manager->start();
+  trouble_.reset();
+  if (error != 0) trouble_ = CameraTrouble{CameraCause::kFailed, "CameraManager::start", -error};
+}
+
+void LibcameraSystem::end() {
+  if (!trouble_) parts_->manager->stop();
+  delete parts_->milestone.exchange(nullptr);  // its thread has ended
+  parts_->manager.reset();
+}
+
+std::optional<CameraTrouble> LibcameraSystem::trouble() {
+  const std::lock_guard lock(parts_->mutex);
+  return trouble_;
 }
 
 std::vector<LibcameraListing> LibcameraSystem::list() {
   std::vector<LibcameraListing> listings;
-  if (trouble_) return listings;
   const std::lock_guard lock(parts_->mutex);
-  for (const std::shared_ptr<libcamera::Camera>& camera : parts_->manager.cameras()) {
+  if (trouble_) return listings;
+  for (const std::shared_ptr<libcamera::Camera>& camera : parts_->manager->cameras()) {
     listings.push_back({camera->id(), model_of(*camera),
                         parts_->is_taken(camera.get()) ? "it is in use" : trouble_with(*camera)});
   }
@@ -112,9 +126,9 @@ std::string LibcameraSystem::version() {
 }
 
 std::variant<std::shared_ptr<libcamera::Camera>, CameraTrouble> LibcameraSystem::take(std::string_view name) {
-  if (trouble_) return *trouble_;
   const std::lock_guard lock(parts_->mutex);
-  const std::vector<std::shared_ptr<libcamera::Camera>> cameras = parts_->manager.cameras();
+  if (trouble_) return *trouble_;
+  const std::vector<std::shared_ptr<libcamera::Camera>> cameras = parts_->manager->cameras();
   std::vector<LibcameraListing> names;
   for (const std::shared_ptr<libcamera::Camera>& camera : cameras) {
     names.push_back({camera->id(), model_of(*camera), {}});
@@ -131,10 +145,14 @@ std::variant<std::shared_ptr<libcamera::Camera>, CameraTrouble> LibcameraSystem:
   return camera;
 }
 
-void LibcameraSystem::put_back(std::shared_ptr<libcamera::Camera> camera) {
+void LibcameraSystem::put_back(std::shared_ptr<libcamera::Camera> camera, bool gone) {
   const std::lock_guard lock(parts_->mutex);
   camera->release();
   std::erase(parts_->taken, camera.get());
+  camera.reset();
+  if (!gone || !parts_->taken.empty()) return;
+  end();
+  begin();
 }
 
 void LibcameraSystem::settle() {

@@ -30,7 +30,8 @@ std::variant<std::size_t, CameraTrouble> find_camera(std::span<const LibcameraLi
                                                      std::string_view name);
 
 // Starts libcamera's thread, which notices cameras that come and go. libcamera allows one of these a process
-// at a time. Any thread. Its messages go to stderr from errors on; LIBCAMERA_LOG_LEVELS changes that.
+// at a time. Any thread. libcamera itself is silent, as each trouble is a value; LIBCAMERA_LOG_LEVELS changes
+// that.
 class LibcameraSystem {
  public:
   LibcameraSystem();
@@ -39,7 +40,7 @@ class LibcameraSystem {
   LibcameraSystem& operator=(const LibcameraSystem&) = delete;
 
   // Why there can be no cameras at all, if so.
-  const std::optional<CameraTrouble>& trouble() const { return trouble_; }
+  std::optional<CameraTrouble> trouble();
   // Opens each camera for a moment.
   std::vector<LibcameraListing> list();
   // "v0.0.3"
@@ -47,12 +48,17 @@ class LibcameraSystem {
 
   // For LibcameraCamera: the camera of that name, which is its alone until it is put back.
   std::variant<std::shared_ptr<libcamera::Camera>, CameraTrouble> take(std::string_view name);
-  void put_back(std::shared_ptr<libcamera::Camera> camera);
+  // `gone`: its device does not answer any more. libcamera notices that of USB cameras alone; of others it
+  // does when it begins anew, which is done here unless another camera is taken.
+  void put_back(std::shared_ptr<libcamera::Camera> camera, bool gone);
   // Returns when libcamera's thread has done what was asked of it so far, calls of slots included.
   void settle();
 
  private:
   struct Parts;
+
+  void begin();
+  void end();
 
   std::optional<CameraTrouble> trouble_;
   std::unique_ptr<Parts> parts_;

@@ -46,6 +46,12 @@ inline bool is_startup(libcamera::FrameMetadata::Status status) {
 #endif
 }
 
+// Whether the camera has the control. ControlInfoMap::count() by number is no answer: it counts those that
+// libcamera has.
+inline bool has_control(const libcamera::ControlInfoMap& known, const libcamera::ControlId& id) {
+  return known.find(&id) != known.end();
+}
+
 // Whether a control wants several numbers. Ids say so themselves since 0.4. The library ends the program when
 // such a control is given one number.
 inline bool is_array(const libcamera::ControlId& id) {
@@ -94,14 +100,14 @@ inline void fix_by_hand(libcamera::ControlList& controls, const libcamera::Contr
   namespace id = libcamera::controls;
   if (controls.contains(id::AeEnable.id())) return;  // was said
 #if CUPOLA_LIBCAMERA_VERSION >= 500
-  if (exposure && known.count(id::ExposureTimeMode.id())) {
+  if (exposure && has_control(known, id::ExposureTimeMode)) {
     controls.set(id::ExposureTimeMode, id::ExposureTimeModeManual);
   }
-  if (gain && known.count(id::AnalogueGainMode.id())) {
+  if (gain && has_control(known, id::AnalogueGainMode)) {
     controls.set(id::AnalogueGainMode, id::AnalogueGainModeManual);
   }
 #else
-  if (exposure && gain && known.count(id::AeEnable.id())) controls.set(id::AeEnable, false);
+  if (exposure && gain && has_control(known, id::AeEnable)) controls.set(id::AeEnable, false);
 #endif
 }
 

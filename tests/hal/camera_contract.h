@@ -69,8 +69,9 @@ class CameraContract : public testing::TestWithParam<CameraStageMaker> {
     }
     return hash;
   }
-  std::chrono::nanoseconds period(const CameraMode& mode) const {
-    return std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / mode.rate));
+  static std::chrono::nanoseconds period(const CameraMode& mode) {
+    const double rate = mode.rate > 0.0 ? mode.rate : 25.0;  // it does not say: no slower than this
+    return std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / rate));
   }
 
   std::unique_ptr<CameraStage> stage_ = GetParam().make();
@@ -101,7 +102,10 @@ TEST_P(CameraContract, StreamsFramesOfItsModeInOrder) {
     if (last) {
       EXPECT_EQ(static_cast<std::uint32_t>(frame->sequence - last->sequence), 1U);
       const double step = static_cast<double>((frame->captured_at - last->captured_at).count());
-      EXPECT_NEAR(step, 1e9 / mode.rate, 1e6 + static_cast<double>(GetParam().lateness.count()));
+      EXPECT_GT(step, 0.0);
+      if (mode.rate > 0.0) {
+        EXPECT_NEAR(step, 1e9 / mode.rate, 1e6 + static_cast<double>(GetParam().lateness.count()));
+      }
     }
     last = frame;
     camera_.give_back(*frame);
@@ -168,13 +172,15 @@ TEST_P(CameraContract, LendsEveryNumberOfBuffers) {
     }
     frames_ += lent.size();
     ASSERT_FALSE(lent.empty());
-    EXPECT_GE(static_cast<int>(lent.size()), buffers - 1);
-    EXPECT_LE(static_cast<int>(lent.size()), std::max(buffers, 4)) << "some drivers insist on a few";
+    const int all = GetParam().buffers > 0 ? GetParam().buffers : buffers;
+    EXPECT_GE(static_cast<int>(lent.size()), all - 1);
+    EXPECT_LE(static_cast<int>(lent.size()), std::max(all, 4)) << "some drivers insist on a few";
     clock_.sleep_until(clock_.now() + 3 * period(mode));
     for (const CameraFrame& frame : lent) camera_.give_back(frame);
     const std::optional<CameraFrame> frame = next();
     ASSERT_TRUE(frame) << buffers;
-    EXPECT_GE(static_cast<std::uint32_t>(frame->sequence - lent.back().sequence), 3U);
+    EXPECT_GE(static_cast<std::uint32_t>(frame->sequence - lent.back().sequence),
+              GetParam().counts_drops ? 3U : 1U);
   }
 }
 
