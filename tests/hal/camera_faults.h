@@ -41,11 +41,17 @@ class CameraFaults : public testing::TestWithParam<CameraFaultParam> {
  public:
   using Seen = CameraViewer::Seen;
 
+  ~CameraFaults() override { say_frames(GetParam().maker.name, viewer_.frames()); }
+
   const CameraStageMaker& maker() const { return GetParam().maker; }
   CameraStage& stage() { return *stage_; }
   CameraViewer& viewer() { return viewer_; }
   std::chrono::nanoseconds period() {
     return std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / stage_->setup().rate));
+  }
+  // That a machine which is busy otherwise may miss.
+  double frames_late() {
+    return stage_->setup().rate * std::chrono::duration<double>(maker().lateness).count();
   }
   std::chrono::nanoseconds patience() const { return CameraViewer::kPatience + maker().lateness; }
   const CameraCounts& counts() { return viewer_.watch().counts(); }
@@ -54,9 +60,7 @@ class CameraFaults : public testing::TestWithParam<CameraFaultParam> {
   void expect_health(const char* when) {
     const CameraCounts before = counts();
     const Seen seen = viewer_.run(std::chrono::seconds(1));
-    const double rate = stage_->setup().rate;
-    const double late = rate * std::chrono::duration<double>(maker().lateness).count();
-    EXPECT_NEAR(static_cast<double>(seen.frames), rate, 2.0 + late) << when;
+    EXPECT_NEAR(static_cast<double>(seen.frames), stage_->setup().rate, 2.0 + frames_late()) << when;
     EXPECT_EQ(seen.losses, 0) << when;
     EXPECT_EQ(counts().damaged, before.damaged) << when;
     EXPECT_EQ(counts().clock_steps, before.clock_steps) << when;
@@ -76,9 +80,13 @@ class CameraFaults : public testing::TestWithParam<CameraFaultParam> {
     return seen;
   }
   // A fault that ends the stream: told in time, counted once, and over soon.
-  void lose(CameraFault fault, std::int64_t amount, CameraCause cause,
-            std::chrono::nanoseconds lasts = std::chrono::seconds(10)) {
+  void lose(CameraFault fault, std::int64_t amount, CameraCause cause) {
     expect_health("before");
+    lose_briefly(fault, amount, cause, std::chrono::seconds(10));
+    expect_health("after");
+  }
+  void lose_briefly(CameraFault fault, std::int64_t amount, CameraCause cause,
+                    std::chrono::nanoseconds lasts) {
     const CameraCounts before = counts();
     const std::chrono::nanoseconds begun = stage_->clock().now();
     stage_->begin_fault(fault, amount);
@@ -95,14 +103,13 @@ class CameraFaults : public testing::TestWithParam<CameraFaultParam> {
   }
   void recover() {
     const CameraCounts before = counts();
-    const std::chrono::nanoseconds ended = stage_->clock().now();
     stage_->end_faults();
-    const Seen seen = viewer_.run(std::chrono::seconds(1));
+    const std::chrono::nanoseconds ended = stage_->clock().now();
+    const Seen seen = viewer_.run(std::chrono::milliseconds(100) + 2 * maker().lateness);
     EXPECT_EQ(seen.backs, 1);
     EXPECT_GT(seen.frames, 0U);
     EXPECT_LE(seen.first_at - ended, 2 * period() + maker().lateness);
     EXPECT_EQ(counts().losses, before.losses);
-    expect_health("after");
   }
   // Unplugged, and another device comes back.
   void return_changed(CameraFault fault) {
@@ -118,6 +125,7 @@ class CameraFaults : public testing::TestWithParam<CameraFaultParam> {
     EXPECT_EQ(counts().losses, 1U);
     EXPECT_EQ(viewer_.watch().trouble().cause, CameraCause::kChanged) << describe(viewer_.watch().trouble());
     recover();
+    expect_health("after");
   }
 
  private:
@@ -132,11 +140,11 @@ inline void endure_gaps(CameraFaults& test, CameraFault fault, int percent) {
   const std::uint64_t gaps = fault == CameraFault::kDropped ? counts.dropped : counts.damaged;
   const std::uint64_t others = fault == CameraFault::kDropped ? counts.damaged : counts.dropped;
   const double all = static_cast<double>(seen.frames + gaps);
-  EXPECT_NEAR(all, 10.0 * test.stage().setup().rate, 3.0);
+  EXPECT_NEAR(all, 10.0 * test.stage().setup().rate, 3.0 + test.frames_late());
   // Real drivers throw dice: five standard deviations.
   const double expected = all * percent / 100.0;
   const double spread = test.maker().stamped ? 1.0 : 5.0 * std::sqrt(expected * (100 - percent) / 100.0);
-  EXPECT_NEAR(static_cast<double>(gaps), expected, spread + 1.0);
+  EXPECT_NEAR(static_cast<double>(gaps), expected, spread + 1.0 + test.frames_late());
   EXPECT_EQ(others, 0U);
 }
 
@@ -167,10 +175,12 @@ inline std::vector<CameraFaultCase> camera_fault_cases() {
       {"UnpluggedAHundredTimes",
        {F::kUnplugged},
        [](CameraFaults& test) {
+         test.expect_health("before");
          for (int i = 0; i < 100 && !testing::Test::HasFailure(); ++i) {
            // Out of step with frames and attempts.
-           test.lose(F::kUnplugged, 0, C::kMissing, 7ms + i * 3ms);
+           test.lose_briefly(F::kUnplugged, 0, C::kMissing, 7ms + i * 3ms + test.maker().lateness);
          }
+         test.expect_health("after");
          EXPECT_EQ(test.counts().losses, 100U);
          EXPECT_EQ(test.counts().of(C::kMissing), 100U);
          EXPECT_EQ(test.counts().starts, 101U);
@@ -187,6 +197,7 @@ inline std::vector<CameraFaultCase> camera_fault_cases() {
          EXPECT_EQ(test.counts().of(C::kFailed), 1U);
          EXPECT_EQ(test.counts().losses, 1U);
          test.recover();
+         test.expect_health("after");
        }},
       {"WrongSizeOnReturn",
        {F::kWrongSize, F::kUnplugged},

@@ -21,10 +21,6 @@ CameraViewer::CameraViewer(CameraStage& stage, const CameraStageMaker& maker)
       maker_(maker),
       watch_(stage.camera(), stage.setup(), stage.clock(), kPatience + maker.lateness) {}
 
-CameraViewer::~CameraViewer() {
-  say_frames(maker_.name, frames_);
-}
-
 CameraViewer::Seen CameraViewer::run(nanoseconds duration) {
   Clock& clock = stage_.clock();
   const nanoseconds end = clock.now() + duration;
@@ -85,8 +81,17 @@ void CameraViewer::check(const CameraFrame& frame) {
   stamp_offset_ = offset;
 }
 
+namespace {
+std::uint64_t said = 0;
+}  // namespace
+
 void say_frames(const std::string& who, std::uint64_t frames) {
+  said += frames;
   std::printf("%s: %llu frames\n", who.c_str(), static_cast<unsigned long long>(frames));
+}
+
+std::uint64_t frames_said() {
+  return said;
 }
 
 }  // namespace cupola

@@ -18,8 +18,6 @@ class CameraViewer {
   static constexpr std::chrono::nanoseconds kPatience = std::chrono::milliseconds(100);
 
   CameraViewer(CameraStage& stage, const CameraStageMaker& maker);
-  // Says how many frames were received.
-  ~CameraViewer();
   CameraViewer(const CameraViewer&) = delete;
   CameraViewer& operator=(const CameraViewer&) = delete;
 
@@ -51,5 +49,7 @@ class CameraViewer {
 
 // "vivid: 60 frames" on a line of its own, for those who read the log.
 void say_frames(const std::string& who, std::uint64_t frames);
+// All that were said so far.
+std::uint64_t frames_said();
 
 }  // namespace cupola

@@ -7,16 +7,23 @@
 
 namespace {
 thread_local std::uint64_t allocations = 0;
+thread_local bool counted = true;
 }  // namespace
 
 namespace cupola {
 std::uint64_t heap_allocations() {
   return allocations;
 }
+UncountedHeap::UncountedHeap() {
+  counted = false;
+}
+UncountedHeap::~UncountedHeap() {
+  counted = true;
+}
 }  // namespace cupola
 
 void* operator new(std::size_t size) {
-  ++allocations;
+  if (counted) ++allocations;
   if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
   throw std::bad_alloc();
 }

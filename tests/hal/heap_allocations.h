@@ -9,4 +9,13 @@ namespace cupola {
 // Of the calling thread, since it began.
 std::uint64_t heap_allocations();
 
+// While it lives, nothing is counted: for what stands in for the kernel. Not to be nested.
+class UncountedHeap {
+ public:
+  UncountedHeap();
+  ~UncountedHeap();
+  UncountedHeap(const UncountedHeap&) = delete;
+  UncountedHeap& operator=(const UncountedHeap&) = delete;
+};
+
 }  // namespace cupola
