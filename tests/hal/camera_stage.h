@@ -33,6 +33,8 @@ struct CameraStageMaker {
   std::chrono::nanoseconds lateness{0};
   bool stamped = true;  // its pictures are FakePicture's
   std::vector<CameraFault> faults;
+  bool counts_drops = true;  // its sequence goes on while it has no buffer to fill
+  int buffers = 0;           // that it insists on; 0: it has as many as it is asked for
 };
 
 inline void PrintTo(const CameraStageMaker& maker, std::ostream* out) {

@@ -2,18 +2,17 @@
 // SPDX-License-Identifier: MIT
 #include "tests/hal/heap_allocations.h"
 
-#include <atomic>
 #include <cstdlib>
 #include <new>
 
 namespace {
-std::atomic<std::uint64_t> allocations{0};
+thread_local std::uint64_t allocations = 0;
 thread_local bool counted = true;
 }  // namespace
 
 namespace cupola {
 std::uint64_t heap_allocations() {
-  return allocations.load(std::memory_order_relaxed);
+  return allocations;
 }
 UncountedHeap::UncountedHeap() {
   counted = false;
@@ -24,7 +23,7 @@ UncountedHeap::~UncountedHeap() {
 }  // namespace cupola
 
 void* operator new(std::size_t size) {
-  if (counted) allocations.fetch_add(1, std::memory_order_relaxed);
+  if (counted) ++allocations;
   if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
   throw std::bad_alloc();
 }

@@ -6,7 +6,7 @@
 
 namespace cupola {
 
-// Of all threads, since the program began.
+// Of the calling thread, since it began.
 std::uint64_t heap_allocations();
 
 // While it lives, nothing is counted: for what stands in for the kernel. Not to be nested.

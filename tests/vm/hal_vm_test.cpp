@@ -63,12 +63,6 @@ TEST(Vivid, IsFourCameras) {
   std::printf("vivid: %d nodes\n", found);
 }
 
-TEST(Vimc, IsACameraWithRawAndScaledPictures) {
-  const int found = nodes_of("/dev", "video", "vimc", video_driver);
-  EXPECT_GE(found, 2);
-  std::printf("vimc: %d nodes\n", found);
-}
-
 TEST(GpioSim, IsABankOfLines) {
   const int found = nodes_of("/dev", "gpiochip", "dome-gpio", gpio_label);
   EXPECT_EQ(found, 1);

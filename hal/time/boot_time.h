@@ -1,0 +1,21 @@
+// Stamps of CLOCK_BOOTTIME, which goes on while the machine sleeps, on the clock that everything else uses.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <chrono>
+
+namespace cupola {
+
+// How long the machine has slept since it booted: CLOCK_BOOTTIME less CLOCK_MONOTONIC.
+std::chrono::nanoseconds time_asleep() noexcept;
+
+// A past event's stamp on CLOCK_MONOTONIC, whichever of the two clocks it was taken by: nothing past is later
+// than `now` (CLOCK_MONOTONIC), so a stamp that is was taken by CLOCK_BOOTTIME. A machine that slept for less
+// than the event's age leaves its stamp as it is: late by that sleep at most.
+constexpr std::chrono::nanoseconds monotonic_stamp(std::chrono::nanoseconds stamp,
+                                                   std::chrono::nanoseconds now,
+                                                   std::chrono::nanoseconds asleep) noexcept {
+  return stamp > now && asleep > std::chrono::nanoseconds(0) ? stamp - asleep : stamp;
+}
+
+}  // namespace cupola
