@@ -157,7 +157,8 @@ std::vector<std::int64_t> RenderCommand::numbers(const FrameRange& range) const 
 }
 
 void RenderCommand::fetch(ShowFrames& frames, std::int64_t number) const {
-  const ShowFrames::Change change = frames.advance(time_of(number, frames.rate()));
+  const std::chrono::nanoseconds time = time_of(number, frames.rate());
+  const ShowFrames::Change change = frames.advance(time, time);
   if (change == ShowFrames::Change::kFailed) throw InputError(frames.trouble());
 }
 
@@ -179,7 +180,7 @@ void RenderCommand::render_files(ShowFrames& frames, const std::string& name,
       if (interrupted())
         throw Failure(fmt::format("{}: interrupted after {} of {} frames", out_, done, numbers.size()));
       fetch(frames, numbers[done + i]);
-      frames.warp(batch[i].pixels());
+      frames.warp(batch[i].pixels(), 0);
       if (with_faces_) {
         pool.run(static_cast<int>(face_files.size()), [&](int view) {
           const auto v = static_cast<std::size_t>(view);
@@ -208,7 +209,7 @@ void RenderCommand::render_video(ShowFrames& frames, std::span<const std::int64_
     if (interrupted())
       throw Failure(fmt::format("{}: interrupted after {} of {} frames", out_, done, numbers.size()));
     fetch(frames, number);
-    frames.warp(frame.pixels());
+    frames.warp(frame.pixels(), 0);
     video.write(as_const(frame.pixels()));
     progress.show(++done);
   }

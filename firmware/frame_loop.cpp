@@ -21,7 +21,7 @@ MutableImage image_of(const DisplayBuffer& buffer) {
 
 }  // namespace
 
-FrameLoop::FrameLoop(ShowFrames& show, Display& display, Clock& clock, WorkerPool& pool)
+FrameLoop::FrameLoop(FrameMaker& show, Display& display, Clock& clock, WorkerPool& pool)
     : show_(show),
       display_(display),
       clock_(clock),
@@ -49,11 +49,11 @@ LoopEnd FrameLoop::play(std::optional<nanoseconds> time) noexcept {
   for (;;) {
     if (interrupted()) return LoopEnd::kInterrupted;
     if (time && next - start + period_ / 4 >= *time) return LoopEnd::kTimeUp;
-    const ShowFrames::Change change = show_.advance(next - start);
-    if (change == ShowFrames::Change::kOver) return LoopEnd::kOver;
-    note_trouble(change == ShowFrames::Change::kFailed);
+    const FrameMaker::Change change = show_.advance(next - start, next);
+    if (change == FrameMaker::Change::kOver) return LoopEnd::kOver;
+    note_trouble(change == FrameMaker::Change::kFailed);
     Presented presented;
-    if (change == ShowFrames::Change::kNew || !shown) {
+    if (change == FrameMaker::Change::kNew || !shown) {
       const DisplayBuffer buffer = display_.back_buffer();
       if (!buffer.data) return LoopEnd::kLost;
       const nanoseconds begun = clock_.now();
@@ -71,6 +71,7 @@ LoopEnd FrameLoop::play(std::optional<nanoseconds> time) noexcept {
     note_absence(presented.result == Present::kAway);
     if (!shown) start = next = presented.flipped_at;
     shown = true;
+    if (!away_) show_.shown(presented.flipped_at);
     ++(away_ ? counts_.frames_unshown : counts_.frames_presented);
     const nanoseconds behind = presented.flipped_at - next;
     if (!away_ && behind > period_ / 2) ++counts_.frames_late;

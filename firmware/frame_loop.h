@@ -7,9 +7,10 @@
 #include <optional>
 #include <vector>
 
-#include "firmware/show_frames.h"
+#include "firmware/frame_maker.h"
 #include "hal/display/display.h"
 #include "hal/time/clock.h"
+#include "pipeline/parallel/worker_pool.h"
 
 namespace cupola {
 
@@ -35,7 +36,7 @@ enum class LoopEnd : std::uint8_t { kOver, kTimeUp, kClosed, kLost, kInterrupted
 class FrameLoop {
  public:
   // All are borrowed for the loop's life. `pool` is the one that `show` uses.
-  FrameLoop(ShowFrames& show, Display& display, Clock& clock, WorkerPool& pool);
+  FrameLoop(FrameMaker& show, Display& display, Clock& clock, WorkerPool& pool);
 
   // Plays until the show is over, or for `time` of it. Allocates nothing but to say, once a change, what
   // went wrong.
@@ -50,7 +51,7 @@ class FrameLoop {
   void note_trouble(bool failed) noexcept;
   void note_absence(bool away) noexcept;
 
-  ShowFrames& show_;
+  FrameMaker& show_;
   Display& display_;
   Clock& clock_;
   WorkerPool& pool_;

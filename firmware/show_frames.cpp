@@ -86,7 +86,7 @@ PixelFormat ShowFrames::format() const {
   return deep ? PixelFormat::kRgbPlanar16 : PixelFormat::kRgbPlanar8;
 }
 
-ShowFrames::Change ShowFrames::advance(std::chrono::nanoseconds time) noexcept {
+ShowFrames::Change ShowFrames::advance(std::chrono::nanoseconds time, std::chrono::nanoseconds /*flip*/) noexcept {
   const std::optional<Moment> moment = timeline_.at(time);
   if (!moment) return Change::kOver;
   if (asked_ && *moment == moment_) return failed_ ? Change::kFailed : Change::kUnchanged;

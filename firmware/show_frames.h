@@ -9,13 +9,14 @@
 #include <vector>
 
 #include "firmware/change_history.h"
+#include "firmware/frame_maker.h"
 #include "firmware/show.h"
 #include "firmware/timeline.h"
 #include "pipeline/warp/frame_warp.h"
 
 namespace cupola {
 
-class ShowFrames {
+class ShowFrames final : public FrameMaker {
  public:
   // Throws InputError. `pool` is borrowed for the show's life. With `whole_faces` sources make every texel,
   // not only those the warp reads. Tables come from `cache`, where there is one.
@@ -23,28 +24,18 @@ class ShowFrames {
              TableCache* cache = nullptr);
 
   Size frame_size() const { return frame_size_; }
-  double rate() const { return rate_; }  // frames a second, of the first cue
+  double rate() const override { return rate_; }  // of the first cue
   PixelFormat format() const;            // of the faces: 16 bits if any cue has 16
   const Timeline& timeline() const { return timeline_; }
 
-  enum class Change : std::uint8_t {
-    kNew,        // the frame differs from the one before: warp it
-    kUnchanged,  // it does not
-    kFailed,     // the faces could not be had; the frame before stands
-    kOver,       // the show is over
-  };
-  // Fetches the faces due at `time`, which must not run backwards.
-  Change advance(std::chrono::nanoseconds time) noexcept;
-  // Warps the faces fetched last into `frame`, which has frame_size() and any format. Where `frame` holds
-  // what warp() made `age` calls ago, 1 being the last one, only what has changed since is done; 0: it holds
-  // anything.
-  WarpWork warp(const MutableImage& frame, int age = 0) noexcept;
+  Change advance(std::chrono::nanoseconds time, std::chrono::nanoseconds flip) noexcept override;
+  WarpWork warp(const MutableImage& frame, int age) noexcept override;
+  void shown(std::chrono::nanoseconds /*flipped_at*/) noexcept override {}
 
   const FaceSet& faces() const { return faces_; }
   const Rig& rig() const { return cues_[moment_.cue].rig; }
   const std::string& cue_name() const { return cues_[moment_.cue].name; }
-  // Why the last advance() failed.
-  std::string trouble() const;
+  std::string trouble() const override;
 
  private:
   struct OpenCue {

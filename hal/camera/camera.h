@@ -75,6 +75,7 @@ enum class CameraCause : std::uint8_t {
   kFailed,       // the driver refused a call
   kSilent,       // no frame within the watchdog's time
 };
+inline constexpr std::size_t kCameraCauses = 7;
 
 struct CameraTrouble {
   CameraCause cause = CameraCause::kFailed;
@@ -105,8 +106,10 @@ struct CameraFrame {
 enum class CameraPoll : std::uint8_t {
   kFrame,    // `frame` is the oldest that was not polled yet
   kNothing,  // none is ready
-  kDamaged,  // one came and could not be used (error flag, too short): it was handed back to the device
-  kLost,     // the stream is over until the camera is started again; `trouble` says why
+  kDamaged,  // one came and could not be used (error flag, too short): it was handed back to the device;
+             // of `frame` only the sequence is set
+  kLost,     // the stream is over until the camera is started again; `trouble` says why. Frames that are
+             // lent stay readable until then or until stop(); while stopped, poll() says kNothing
 };
 
 // A driver's side; it neither retries nor watches the time: CameraWatch does. One thread at a time. Nothing
@@ -120,6 +123,7 @@ class Camera {
   // Ends the stream and closes the device; every lent frame is gone.
   virtual void stop() noexcept = 0;
   virtual CameraPoll poll(CameraFrame& frame, CameraTrouble& trouble) noexcept = 0;
+  // What is not lent (any more) is passed over.
   virtual void give_back(const CameraFrame& frame) noexcept = 0;
   // Can be read when poll() has something to say; -1 while stopped.
   virtual int descriptor() const noexcept = 0;

@@ -1,7 +1,9 @@
 // Keeps one camera's stream going: barks at silence, counts what went wrong by cause, and starts again what
-// was lost. SPDX-License-Identifier: MIT
+// was lost.
+// SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -18,16 +20,21 @@ struct CameraCounts {
   std::uint64_t dropped = 0;   // by the device: gaps in the sequence within one run
   std::uint64_t damaged = 0;   // error flag or too short
   std::uint64_t silences = 0;  // times that the watchdog barked
-  std::uint64_t losses = 0;    // streams that ended, silences included
+  std::uint64_t losses = 0;    // times that frames ceased to flow, silences included
   std::uint64_t starts = 0;    // streams that began
   std::uint64_t failed_starts = 0;
-  std::uint64_t clock_steps = 0;  // timestamps that were not later than the one before, or in the future
+  std::uint64_t clock_steps = 0;  // of the device: times that its clock ran backwards or ahead of ours
+  // Losses and failed starts by their cause, by one as long as the same cause lasts.
+  std::array<std::uint64_t, kCameraCauses> causes{};
+  std::uint64_t of(CameraCause cause) const { return causes[static_cast<std::size_t>(cause)]; }
 };
 
 class CameraWatch {
  public:
   // `camera` and `clock` are borrowed for the watch's life. `patience`: the longest silence that is taken for
-  // life. A lost camera is tried again every frame period (40 ms where the rate is not known).
+  // life. A lost camera is tried again at once, then every frame period (40 ms where the rate is not known);
+  // one that was started and sent nothing yet, every two seconds. A setup that names a size is kept to: a
+  // camera that comes back with another format, size or crop than it had is not taken (kChanged).
   CameraWatch(Camera& camera, CameraSetup setup, Clock& clock, std::chrono::nanoseconds patience);
   ~CameraWatch();
   CameraWatch(const CameraWatch&) = delete;
@@ -36,17 +43,21 @@ class CameraWatch {
   enum class Poll : std::uint8_t {
     kFrame,
     kNothing,
-    kLost,  // said once a loss; from then on kNothing until frames flow again
-    kBack,  // said once a return, before its first frame; mode() may be another one
+    kLost,  // said once a loss, or when the first start fails; from then on kNothing until frames flow
+            // again. Lent frames can be read until the next poll()
+    kBack,  // said once a return, and when the camera first comes, before the first frame, which the next
+            // poll() has; mode() may be another one
   };
   // Starts the camera when it is not running and its time has come. Does not wait; allocates only in a start.
+  // Sequences never run backwards: a new run goes on where the last one ended. Timestamps always rise.
   Poll poll(CameraFrame& frame) noexcept;
-  void give_back(const CameraFrame& frame) noexcept { camera_.give_back(frame); }
+  // Frames of a run that is over are passed over.
+  void give_back(const CameraFrame& frame) noexcept;
   // Ends the stream; the next poll begins it again. With another setup: reconfigures.
   void stop() noexcept;
   void set_setup(CameraSetup setup);
 
-  int descriptor() const noexcept { return camera_.descriptor(); }
+  int descriptor() const noexcept { return running_ ? camera_.descriptor() : -1; }
   // When poll() should be called at the latest: the watchdog's or the next start's time.
   std::chrono::nanoseconds deadline() const noexcept;
   CameraState state() const noexcept { return state_; }
@@ -55,20 +66,36 @@ class CameraWatch {
   const CameraCounts& counts() const noexcept { return counts_; }
 
  private:
-  void lose(const CameraTrouble& trouble) noexcept;
-  bool start() noexcept;
+  bool start(CameraTrouble& trouble) noexcept;
+  Poll lose(const CameraTrouble& trouble) noexcept;
+  Poll listen() noexcept;
+  Poll report(const CameraTrouble& trouble) noexcept;
+  bool is_as_agreed(const CameraMode& mode) const noexcept;
+  std::uint64_t unwrap(std::uint64_t sequence) noexcept;
+  std::chrono::nanoseconds sane_time(std::chrono::nanoseconds captured_at, std::uint64_t gap) noexcept;
+  std::chrono::nanoseconds period() const noexcept;
+  std::chrono::nanoseconds silence_ends() const noexcept;
 
   Camera& camera_;
   CameraSetup setup_;
   Clock& clock_;
   std::chrono::nanoseconds patience_;
   CameraState state_ = CameraState::kLost;
+  bool running_ = false;   // started, though perhaps no frame came yet
+  bool reported_ = false;  // this loss was told
+  bool agreed_ = false;    // mode_ is of this setup
   CameraMode mode_;
   CameraTrouble trouble_;
   CameraCounts counts_;
-  std::chrono::nanoseconds alive_at_{0};    // the last sign of life: a frame or a start
-  std::chrono::nanoseconds next_start_{0};  // while lost
-  std::optional<std::uint64_t> sequence_;   // of the last frame of this run, unwrapped
+  std::chrono::nanoseconds alive_at_{0};                                   // the last frame or start
+  std::chrono::nanoseconds next_start_ = std::chrono::nanoseconds::min();  // while it does not run
+  std::optional<CameraFrame> first_;                                       // waits behind kBack
+  std::optional<std::uint32_t> count_;                                     // the device's, in this run
+  std::uint64_t sequence_ = 0;                                             // of the last frame, unwrapped
+  bool any_ = false;                                                       // sequence_ and stamp_ are set
+  std::uint64_t run_begins_ = 0;                                           // first sequence of this run
+  std::chrono::nanoseconds stamp_ = std::chrono::nanoseconds::min();       // of the last frame, sane
+  std::uint64_t clock_offset_ = 0;  // nanoseconds from the device's clock to ours, modulo 2^64, after a step
 };
 
 }  // namespace cupola

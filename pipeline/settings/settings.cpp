@@ -210,6 +210,14 @@ bool SettingsTable::has(std::string_view key) const {
   return state_->find(key) != nullptr;
 }
 
+std::vector<std::string> SettingsTable::keys() const {
+  std::vector<std::string> names;
+  if (state_->values) {
+    for (auto&& [key, node] : *state_->values) names.emplace_back(key.str());
+  }
+  return names;
+}
+
 double SettingsTable::number(std::string_view key, double least, double most,
                              std::optional<double> fallback) {
   const toml::node* node = state_->ask(key);

@@ -23,6 +23,8 @@ class SettingsTable {
   ~SettingsTable();
 
   bool has(std::string_view key) const;
+  // All keys of this table, for tables whose keys are somebody else's names; in the order of the alphabet.
+  std::vector<std::string> keys() const;
 
   // With a fallback the key may be missing; without, it must be there. Numbers are finite.
   double number(std::string_view key, double least, double most, std::optional<double> fallback = {});

@@ -1,0 +1,28 @@
+// The cameras of a rig file: which device fills which view, and how it is to be set.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <chrono>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/camera/camera.h"
+#include "pipeline/settings/settings.h"
+
+namespace cupola {
+
+enum class CameraDriver : std::uint8_t { kV4l2, kLibcamera };
+
+struct RigCamera {
+  std::string view;  // the view that it fills
+  CameraDriver driver = CameraDriver::kV4l2;
+  CameraSetup setup;
+  std::chrono::nanoseconds patience{0};  // the longest silence that is taken for life
+};
+
+// The tables [[camera]] of a rig file, none to one a view of `views`. Throws InputError.
+std::vector<RigCamera> read_cameras(SettingsTable& rig, std::span<const std::string> views);
+
+}  // namespace cupola

@@ -1,0 +1,191 @@
+// Between cameras and warp nothing is copied but the last picture of a camera that is lost.
+// SPDX-License-Identifier: MIT
+#include "pipeline/source/live_faces.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "pipeline/source/lettering.h"
+
+namespace cupola {
+
+using std::chrono::nanoseconds;
+
+namespace {
+
+constexpr std::uint8_t kSlateGrey = 40;
+constexpr std::uint8_t kSlateLetters = 140;
+constexpr std::uint8_t kNoColour = 128;
+constexpr int kKept = -1;  // as a frame's buffer: nobody's
+
+// The picture's name in the middle of dark grey, legible in the dome and no brighter than it needs to be.
+void draw_slate(const std::string& name, const MutableYuvImage& slate) {
+  const std::vector<Label> labels = {{name, {0, 0, -1}, {0, 1, 0}, 0.2, 0.03}};
+  const Lettering letters(labels);
+  const Size size = slate.size;
+  const double scale = 2.0 / std::min(size.width, size.height);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      const Vec3 direction = glm::normalize(
+          Vec3{scale * (x + 0.5 - size.width / 2.0), scale * (size.height / 2.0 - y - 0.5), -1.0});
+      *sample_at(slate, 0, x, y) = letters.distance(direction) < 0.0 ? kSlateLetters : kSlateGrey;
+    }
+  }
+  const Size chroma = chroma_size(slate.layout, size);
+  for (int channel = 1; channel < 3; ++channel) {
+    for (int y = 0; y < chroma.height; ++y) {
+      for (int x = 0; x < chroma.width; ++x) *sample_at(slate, channel, x, y) = kNoColour;
+    }
+  }
+}
+
+// All that the warp was made for.
+bool alike(const CameraMode& a, const CameraMode& b) {
+  return a.format == b.format && a.width == b.width && a.height == b.height && a.bt709 == b.bt709 &&
+         a.full_range == b.full_range;
+}
+
+YuvImage image_of(const CameraFrame& frame, const YuvImage& like) {
+  YuvImage image = like;
+  for (std::size_t p = 0; p < plane_count(like.layout); ++p) {
+    image.planes[p] = {frame.planes[p].data, frame.planes[p].stride};
+  }
+  return image;
+}
+
+CameraFrame frame_of(const YuvImage& image, const CameraFrame& like) {
+  CameraFrame frame = like;
+  frame.buffer = kKept;
+  for (std::size_t p = 0; p < plane_count(image.layout); ++p) {
+    frame.planes[p] = {image.planes[p].data, image.planes[p].stride, 0, -1, 0};
+  }
+  return frame;
+}
+
+// Returns the bytes copied.
+std::uint64_t copy(const YuvImage& from, const MutableYuvImage& to) {
+  std::uint64_t bytes = 0;
+  for (std::size_t p = 0; p < plane_count(from.layout); ++p) {
+    const Size rows = plane_bytes(from.layout, from.size, p);
+    for (int y = 0; y < rows.height; ++y) {
+      std::memcpy(to.planes[p].row(y), from.planes[p].row(y), static_cast<std::size_t>(rows.width));
+    }
+    bytes += static_cast<std::uint64_t>(rows.width) * static_cast<std::uint64_t>(rows.height);
+  }
+  return bytes;
+}
+
+}  // namespace
+
+bool layout_of(CameraFormat format, YuvLayout& layout) {
+  switch (format) {
+    case CameraFormat::kYuyv:
+      layout = YuvLayout::kYuyv;
+      return true;
+    case CameraFormat::kUyvy:
+      layout = YuvLayout::kUyvy;
+      return true;
+    case CameraFormat::kNv12:
+      layout = YuvLayout::kNv12;
+      return true;
+    case CameraFormat::kI420:
+      layout = YuvLayout::kI420;
+      return true;
+    default:
+      return false;
+  }
+}
+
+YuvColour colour_of(const CameraMode& mode) {
+  return {mode.bt709 ? YuvMatrix::kBt709 : YuvMatrix::kBt601,
+          mode.full_range ? YuvRange::kFull : YuvRange::kLimited};
+}
+
+LiveFaces::LiveFaces(std::vector<LiveView> views, Clock& clock, const SyncSettings& settings)
+    : views_(std::move(views)),
+      clock_(clock),
+      sync_(views_.size(), settings),
+      descriptors_(views_.size(), -1) {
+  for (const LiveView& view : views_) {
+    YuvLayout layout{};
+    layout_of(view.mode.format, layout);
+    const Size size{view.mode.width, view.mode.height};
+    slates_.emplace_back(layout, colour_of(view.mode), size);
+    draw_slate(view.name, slates_.back().pixels());
+    kept_.emplace_back(layout, colour_of(view.mode), size);
+    faces_.push_back(as_const(slates_.back().pixels()));
+  }
+}
+
+LiveFaces::~LiveFaces() {
+  for (std::size_t v = 0; v < views_.size(); ++v) sync_.lose(v, nullptr);
+}
+
+void LiveFaces::gather(nanoseconds deadline) noexcept {
+  for (;;) {
+    nanoseconds wake = deadline;
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+      if (!views_[v].camera) continue;
+      collect(v);
+      descriptors_[v] = views_[v].camera->descriptor();
+      wake = std::min(wake, views_[v].camera->deadline());
+    }
+    if (clock_.now() >= deadline) return;
+    clock_.wait(descriptors_, wake);
+  }
+}
+
+void LiveFaces::collect(std::size_t view) noexcept {
+  CameraWatch& camera = *views_[view].camera;
+  CameraFrame frame;
+  for (;;) {
+    switch (camera.poll(frame)) {
+      case CameraWatch::Poll::kFrame:
+        if (alike(camera.mode(), views_[view].mode)) {
+          sync_.offer(view, frame, clock_.now());
+        } else {
+          camera.give_back(frame);
+          ++counts_.unlike;
+        }
+        give_back_spent();
+        break;
+      case CameraWatch::Poll::kLost:
+        lose(view);
+        break;
+      case CameraWatch::Poll::kBack:
+        break;
+      case CameraWatch::Poll::kNothing:
+        return;
+    }
+  }
+}
+
+// Its buffers go with the stream: what is shown of it is saved first.
+void LiveFaces::lose(std::size_t view) noexcept {
+  const SyncedFace& shown = sync_.faces()[view];
+  if (shown.state == SyncedFace::State::kSlate) return sync_.lose(view, nullptr);
+  const MutableYuvImage& kept = kept_[view].pixels();
+  if (shown.frame.buffer != kKept) counts_.pixel_bytes_copied += copy(faces_[view], kept);
+  const CameraFrame frame = frame_of(as_const(kept), shown.frame);
+  sync_.lose(view, &frame);
+  faces_[view] = as_const(kept);
+}
+
+void LiveFaces::give_back_spent() noexcept {
+  while (const auto spent = sync_.spent()) {
+    if (spent->frame.buffer != kKept) views_[spent->camera].camera->give_back(spent->frame);
+  }
+}
+
+bool LiveFaces::choose() noexcept {
+  const bool changed = sync_.choose(clock_.now());
+  for (std::size_t v = 0; changed && v < views_.size(); ++v) {
+    const SyncedFace& face = sync_.faces()[v];
+    const YuvImage slate = as_const(slates_[v].pixels());
+    faces_[v] = face.state == SyncedFace::State::kSlate ? slate : image_of(face.frame, slate);
+  }
+  give_back_spent();
+  return changed;
+}
+
+}  // namespace cupola

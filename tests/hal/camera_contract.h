@@ -1,0 +1,267 @@
+// What every camera promises. A program that has cameras includes this once and instantiates CameraContract
+// with their makers.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "hal/camera/camera_planes.h"
+#include "hal/camera/fake_picture.h"
+#include "tests/hal/camera_stage.h"
+#include "tests/hal/camera_viewer.h"
+
+namespace cupola {
+
+class CameraContract : public testing::TestWithParam<CameraStageMaker> {
+ protected:
+  ~CameraContract() override { say_frames(GetParam().name, frames_); }
+
+  CameraMode start(const CameraSetup& setup) {
+    const auto started = camera_.start(setup);
+    if (const CameraTrouble* trouble = std::get_if<CameraTrouble>(&started)) {
+      ADD_FAILURE() << describe(*trouble);
+      return {};
+    }
+    return std::get<CameraMode>(started);
+  }
+  // The next frame, within two seconds.
+  std::optional<CameraFrame> next() {
+    const std::chrono::nanoseconds end = clock_.now() + std::chrono::seconds(2);
+    for (;;) {
+      CameraFrame frame;
+      CameraTrouble trouble;
+      switch (camera_.poll(frame, trouble)) {
+        case CameraPoll::kFrame:
+          ++frames_;
+          return frame;
+        case CameraPoll::kLost:
+          ADD_FAILURE() << describe(trouble);
+          return std::nullopt;
+        case CameraPoll::kNothing: {
+          const std::array<int, 1> descriptors = {camera_.descriptor()};
+          if (!clock_.wait(descriptors, end)) return std::nullopt;
+          break;
+        }
+        case CameraPoll::kDamaged:
+          break;
+      }
+    }
+  }
+  // Polls without waiting; true for a frame.
+  bool poll(CameraFrame& frame) {
+    CameraTrouble trouble;
+    const CameraPoll polled = camera_.poll(frame, trouble);
+    EXPECT_NE(polled, CameraPoll::kLost) << describe(trouble);
+    return polled == CameraPoll::kFrame;
+  }
+  static std::uint64_t sum_of(const CameraFrame& frame) {
+    std::uint64_t hash = 0xcbf29ce484222325U;
+    for (const CameraPlane& plane : frame.planes) {
+      for (std::size_t i = 0; i < plane.bytes; i += 61) hash = (hash ^ plane.data[i]) * 0x100000001b3U;
+    }
+    return hash;
+  }
+  std::chrono::nanoseconds period(const CameraMode& mode) const {
+    return std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / mode.rate));
+  }
+
+  std::unique_ptr<CameraStage> stage_ = GetParam().make();
+  Clock& clock_ = stage_->clock();
+  Camera& camera_ = stage_->camera();
+  std::uint64_t frames_ = 0;
+};
+
+TEST_P(CameraContract, StreamsFramesOfItsModeInOrder) {
+  const CameraSetup setup = stage_->setup();
+  const CameraMode mode = start(setup);
+  EXPECT_EQ(mode.width, setup.width);
+  EXPECT_EQ(mode.height, setup.height);
+  EXPECT_NEAR(mode.rate, setup.rate, 0.1);
+  EXPECT_NE(std::ranges::count(setup.formats, mode.format), 0);
+  std::optional<CameraFrame> last;
+  for (int i = 0; i < 120; ++i) {
+    const std::optional<CameraFrame> frame = next();
+    ASSERT_TRUE(frame);
+    EXPECT_TRUE(fits(*frame, mode));
+    EXPECT_TRUE(is_whole(*frame));
+    EXPECT_LE(frame->captured_at, clock_.now());
+    if (GetParam().stamped) {
+      const std::optional<PictureStamp> stamp = read_stamp(*frame);
+      ASSERT_TRUE(stamp);
+      EXPECT_EQ(stamp->sequence, static_cast<std::uint32_t>(frame->sequence));
+    }
+    if (last) {
+      EXPECT_EQ(static_cast<std::uint32_t>(frame->sequence - last->sequence), 1U);
+      const double step = static_cast<double>((frame->captured_at - last->captured_at).count());
+      EXPECT_NEAR(step, 1e9 / mode.rate, 1e6 + static_cast<double>(GetParam().lateness.count()));
+    }
+    last = frame;
+    camera_.give_back(*frame);
+  }
+}
+
+TEST_P(CameraContract, SaysNothingWhileStopped) {
+  for (int round = 0; round < 2; ++round) {
+    CameraFrame frame;
+    CameraTrouble trouble;
+    EXPECT_EQ(camera_.poll(frame, trouble), CameraPoll::kNothing);
+    EXPECT_EQ(camera_.descriptor(), -1);
+    camera_.give_back(frame);
+    camera_.stop();
+    start(stage_->setup());
+    EXPECT_GE(camera_.descriptor(), 0);
+    EXPECT_TRUE(next());
+    camera_.stop();
+  }
+}
+
+TEST_P(CameraContract, StartsAndStopsAgainAndAgain) {
+  for (int round = 0; round < 3; ++round) {
+    start(stage_->setup());
+    for (int i = 0; i < 5; ++i) {
+      const std::optional<CameraFrame> frame = next();
+      ASSERT_TRUE(frame);
+      camera_.give_back(*frame);
+    }
+    camera_.stop();
+    camera_.stop();
+  }
+}
+
+TEST_P(CameraContract, StartsAnewWhileItRuns) {
+  for (int round = 0; round < 4; ++round) {
+    const CameraMode mode = start(stage_->setup());
+    const std::chrono::nanoseconds begun = clock_.now();
+    const std::optional<CameraFrame> frame = next();
+    ASSERT_TRUE(frame);
+    EXPECT_TRUE(fits(*frame, mode));
+    EXPECT_LE(clock_.now() - begun, 2 * period(mode) + GetParam().lateness);
+    // Sometimes with a frame lent, sometimes without.
+    if (round % 2 == 0) camera_.give_back(*frame);
+  }
+}
+
+TEST_P(CameraContract, LendsEveryNumberOfBuffers) {
+  for (const int buffers : {2, 3, 5, 8, 13, 32}) {
+    CameraSetup setup = stage_->setup();
+    setup.buffers = buffers;
+    const CameraMode mode = start(setup);
+    for (int i = 0; i < 2 * buffers; ++i) {
+      const std::optional<CameraFrame> frame = next();
+      ASSERT_TRUE(frame) << buffers;
+      camera_.give_back(*frame);
+    }
+    // All lent: the device drops frames, and goes on when it has a buffer again.
+    std::vector<CameraFrame> lent;
+    for (bool more = true; more && lent.size() < 40;) {
+      more = false;
+      clock_.sleep_until(clock_.now() + 2 * period(mode) + GetParam().lateness);
+      for (CameraFrame frame; poll(frame); more = true) lent.push_back(frame);
+    }
+    frames_ += lent.size();
+    ASSERT_FALSE(lent.empty());
+    EXPECT_GE(static_cast<int>(lent.size()), buffers - 1);
+    EXPECT_LE(static_cast<int>(lent.size()), std::max(buffers, 4)) << "some drivers insist on a few";
+    clock_.sleep_until(clock_.now() + 3 * period(mode));
+    for (const CameraFrame& frame : lent) camera_.give_back(frame);
+    const std::optional<CameraFrame> frame = next();
+    ASSERT_TRUE(frame) << buffers;
+    EXPECT_GE(static_cast<std::uint32_t>(frame->sequence - lent.back().sequence), 3U);
+  }
+}
+
+TEST_P(CameraContract, LeavesLentFramesAlone) {
+  start(stage_->setup());
+  const std::optional<CameraFrame> kept = next();
+  ASSERT_TRUE(kept);
+  const std::uint64_t sum = sum_of(*kept);
+  for (int i = 0; i < 30; ++i) {
+    const std::optional<CameraFrame> frame = next();
+    ASSERT_TRUE(frame);
+    EXPECT_NE(frame->buffer, kept->buffer);
+    EXPECT_NE(frame->planes[0].data, kept->planes[0].data);
+    camera_.give_back(*frame);
+  }
+  EXPECT_EQ(sum_of(*kept), sum);
+}
+
+TEST_P(CameraContract, PassesOverWhatIsNotLent) {
+  start(stage_->setup());
+  const std::optional<CameraFrame> frame = next();
+  ASSERT_TRUE(frame);
+  camera_.give_back(*frame);
+  camera_.give_back(*frame);
+  for (const int buffer : {-1, 4, 31, 32, 1'000'000, -1'000'000}) {
+    CameraFrame nobodys = *frame;
+    nobodys.buffer = buffer;
+    camera_.give_back(nobodys);
+  }
+  for (int i = 0; i < 12; ++i) {
+    const std::optional<CameraFrame> later = next();
+    ASSERT_TRUE(later);
+    camera_.give_back(*later);
+  }
+  camera_.stop();
+  camera_.give_back(*frame);
+}
+
+TEST_P(CameraContract, WakesThoseWhoWaitForItsDescriptor) {
+  start(stage_->setup());
+  int woken = 0;
+  for (int i = 0; i < 60; ++i) {
+    const std::array<int, 1> descriptors = {camera_.descriptor()};
+    ASSERT_TRUE(clock_.wait(descriptors, clock_.now() + std::chrono::seconds(1)));
+    CameraFrame frame;
+    if (!poll(frame)) continue;
+    ++woken;
+    ++frames_;
+    camera_.give_back(frame);
+  }
+  EXPECT_GE(woken, 55) << "hardly ever for nothing";
+}
+
+TEST_P(CameraContract, RefusesADeviceThatIsNotThere) {
+  CameraSetup setup = stage_->setup();
+  setup.device = "no camera has this name";
+  const auto started = camera_.start(setup);
+  const CameraTrouble* trouble = std::get_if<CameraTrouble>(&started);
+  ASSERT_TRUE(trouble);
+  EXPECT_EQ(trouble->cause, CameraCause::kMissing);
+  EXPECT_EQ(camera_.descriptor(), -1);
+  start(stage_->setup());
+  EXPECT_TRUE(next());
+}
+
+TEST_P(CameraContract, RefusesASizeThatItHasNot) {
+  CameraSetup setup = stage_->setup();
+  setup.width = 12346;
+  setup.height = 6788;
+  const auto started = camera_.start(setup);
+  const CameraTrouble* trouble = std::get_if<CameraTrouble>(&started);
+  ASSERT_TRUE(trouble);
+  EXPECT_EQ(trouble->cause, CameraCause::kUnsupported);
+  EXPECT_EQ(camera_.descriptor(), -1);
+}
+
+TEST_P(CameraContract, TakesTheSizeThatTheDeviceIsSetTo) {
+  CameraSetup setup = stage_->setup();
+  start(setup);
+  setup.width = setup.height = 0;
+  setup.rate = 0.0;
+  const CameraMode mode = start(setup);
+  EXPECT_GT(mode.width, 0);
+  EXPECT_GT(mode.height, 0);
+  const std::optional<CameraFrame> frame = next();
+  ASSERT_TRUE(frame);
+  EXPECT_TRUE(fits(*frame, mode));
+}
+
+}  // namespace cupola
