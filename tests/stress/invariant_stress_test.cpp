@@ -42,14 +42,18 @@ TEST(InvariantStress, TablesOfRandomRigsKeepTheirPromises) {
     test::Dice dice(static_cast<std::uint64_t>(1000 + i));
     Rig rig = small_rig(dice);
     if (i % 4 == 0) rig.filter = paper_preset();
-    if (i % 4 == 1) rig.filter.radius = dice.one_in(2) ? 8.0 : 0.25;
-    if (i % 4 == 1) rig.filter.alpha = dice.one_in(2) ? 1.0 : 0.01;
+    if (i % 4 == 1) {
+      const double radius = dice.one_in(2) ? 8.0 : 0.25;
+      rig.filter = {Kernel::kGaussian, dice.one_in(2) ? 1.0 : 0.01, radius, rig.filter.rec, rig.filter.table};
+    }
+    if (i % 4 == 2) rig.filter = optimal_filter();
     const WarpTable table = build_warp_table(rig, pool);
     test::expect_sound(table);
     if (HasFatalFailure()) return;
     for (std::size_t kind = 0; kind < kBlockKinds; ++kind) kinds[kind] += table.blocks_of_kind[kind];
   }
   EXPECT_GT(kinds[static_cast<int>(BlockKind::kNarrow8)], 0);
+  EXPECT_GT(kinds[static_cast<int>(BlockKind::kSigned8)], 0);
   EXPECT_GT(kinds[static_cast<int>(BlockKind::kNarrow16)], 0);
   EXPECT_GT(kinds[static_cast<int>(BlockKind::kWide16)], 0);
 }
@@ -93,7 +97,12 @@ TEST(InvariantStress, MirrorSymmetryIsExact) {
                                 {"front", "left", "right", "top", "bottom"});
     rig.frame.center = {size.width / 2.0, size.height / 2.0};
     rig.frame.lens = test::random_lens(dice);
-    rig.filter.radius = dice.real(0.5, 2.5);
+    const FilterSettings lobed[] = {robidoux_filter(), jinc_filter(), optimal_filter()};
+    if (i % 2 == 1) {
+      rig.filter = lobed[i / 2];
+    } else {
+      rig.filter.radius = dice.real(0.5, 2.5);
+    }
     const WarpTable table = build_warp_table(rig, pool);
     ASSERT_EQ(table.reflections.size(), 4U);
     const test::Faces faces = test::make_faces(rig, test::noise(static_cast<unsigned>(i)));
@@ -145,6 +154,8 @@ TEST(InvariantStress, SmoothPicturesDoNotShowWhichViewAPixelBelongsTo) {
     Rig rig = test::omnimax_rig({400, 400}, 400, {kSide, kSide},
                                 {"front", "left", "right", "top", "bottom", "back"});
     if (i % 2 == 1) rig.filter = paper_preset();
+    if (i % 8 == 5) rig.filter = optimal_filter();
+    if (i % 8 == 7) rig.filter = robidoux_filter();
     const double texel = 2.0 / kSide;  // radians, at the face's middle
     const double slant = dice.real(-0.9, 0.9);
     if (!test::aim(rig, glm::normalize(Vec3{i % 4 < 2 ? 1.0 : -1.0, slant, -1.0}), 200, 200)) continue;

@@ -67,15 +67,25 @@ double fov_deg(Dice& dice) {
   }
 }
 
+// One in four is signed.
 FilterSettings random_filter(Dice& dice) {
   FilterSettings filter;
+  const TableForm table = dice.one_in(2) ? TableForm::kFast : TableForm::kPrecise;
+  if (dice.one_in(4)) {
+    const int kernel = dice.whole(0, 3);
+    filter = kernel == 0   ? robidoux_filter()
+             : kernel == 1 ? jinc_filter()
+                           : optimal_filter(dice.log_uniform(1e-5, 1e-1));
+    filter.table = table;
+    return filter;
+  }
   if (dice.one_in(3)) filter = dice.one_in(2) ? paper_preset() : FilterSettings{};
   if (dice.one_in(2)) {
     filter.radius = dice.one_in(5) ? dice.log_uniform(0.25, 8.0) : dice.real(0.5, 2.5);
     filter.alpha = dice.log_uniform(0.01, std::min(50.0, 64.0 / (filter.radius * filter.radius)));
     filter.rec = dice.one_in(4) ? dice.real(0.0, 16.0) : dice.real(0.0, 1.0);
   }
-  filter.table = dice.one_in(2) ? TableForm::kFast : TableForm::kPrecise;
+  filter.table = table;
   return filter;
 }
 
