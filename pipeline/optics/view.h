@@ -63,6 +63,11 @@ bool covers(const View& view, const Vec3& d);
 // The covering view with the largest forward cosine, the earlier one on a tie; -1 when none covers `d`.
 int owner(std::span<const View> views, const Vec3& d);
 
+// Texels farther than this from a pixel's ray weigh nothing, however wide the footprint: the plane in which
+// it is an ellipse ends a little beyond.
+inline constexpr double kFarthest = 1.5;                         // radians
+inline constexpr double kFarthestCosine = 0.070737201667702910;  // of it
+
 // Texels [x0, x1) x [y0, y1) whose centres may lie within `angle` (radians, below pi / 2) of unit direction
 // `axis`: all that do, and some more.
 struct TexelBox {

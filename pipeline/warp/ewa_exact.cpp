@@ -13,6 +13,7 @@ namespace {
 
 struct Jacobian {
   double ux, uy, vx, vy;  // texels a pixel
+  double determinant;     // by itself: the four lose it where the axes differ by 10^7
 };
 
 // J = R(a) diag(s1, s2) R(b): both singular values are raised to `least`.
@@ -35,7 +36,7 @@ Jacobian raise_singular_values(const Jacobian& j, double least) {
   return {std::cos(a) * s1 * std::cos(b) - std::sin(a) * s2 * std::sin(b),
           -std::cos(a) * s1 * std::sin(b) - std::sin(a) * s2 * std::cos(b),
           std::sin(a) * s1 * std::cos(b) + std::cos(a) * s2 * std::sin(b),
-          -std::sin(a) * s1 * std::sin(b) + std::cos(a) * s2 * std::cos(b)};
+          -std::sin(a) * s1 * std::sin(b) + std::cos(a) * s2 * std::cos(b), s1 * s2};
 }
 
 struct Ellipse {
@@ -121,7 +122,7 @@ double angle_around(const View& home, const Vec3& d, const ViewSample& at, doubl
     const double vv = glm::dot(at.dv, at.dv);
     const double uv = glm::dot(at.du, at.dv);
     const double fewest = std::sqrt(std::max(1e-12, (uu + vv) / 2 - std::hypot((uu - vv) / 2, uv)));
-    return std::min(2.0 * std::hypot(wide, high) / fewest, 1.5);
+    return std::min(2.0 * std::hypot(wide, high) / fewest, kFarthest);
   }
   double least = 1.0;
   for (const double u : {at.uv.x - wide, at.uv.x + wide}) {
@@ -129,7 +130,7 @@ double angle_around(const View& home, const Vec3& d, const ViewSample& at, doubl
       least = std::min(least, glm::dot(d, direction_at(home, {u, v})));
     }
   }
-  return std::min(std::acos(std::clamp(least, -1.0, 1.0)) + 1e-9, 1.57);
+  return std::min(std::acos(std::clamp(least, -1.0, 1.0)) + 1e-9, kFarthest);
 }
 
 }  // namespace
@@ -147,16 +148,18 @@ std::array<double, 3> ewa_exact(const Rig& rig, std::span<const Image> faces, in
   if (filter.kernel == Kernel::kOptimal) {
     return weighted(optimal_exact(rig, home, looking, at), faces);
   }
-  const Jacobian j = raise_singular_values({glm::dot(at.du, looking.d_da), glm::dot(at.du, looking.d_db),
-                                            glm::dot(at.dv, looking.d_da), glm::dot(at.dv, looking.d_db)},
-                                           smallest_axis(filter));
+  Jacobian j{glm::dot(at.du, looking.d_da), glm::dot(at.du, looking.d_db), glm::dot(at.dv, looking.d_da),
+             glm::dot(at.dv, looking.d_db), 0.0};
+  j.determinant = j.ux * j.vy - j.uy * j.vx;
+  j = raise_singular_values(j, smallest_axis(filter));
   Ellipse ellipse{at.uv.x,
                   at.uv.y,
                   j.vx * j.vx + j.vy * j.vy + filter.rec,
                   -2.0 * (j.ux * j.vx + j.uy * j.vy),
                   j.ux * j.ux + j.uy * j.uy + filter.rec,
                   0.0};
-  ellipse.f = ellipse.a * ellipse.c - ellipse.b * ellipse.b / 4.0;
+  // A C - B^2 / 4, multiplied out.
+  ellipse.f = j.determinant * j.determinant + filter.rec * (ellipse.a + ellipse.c - filter.rec);
   const double limit = filter.radius * filter.radius;
   const double wide = filter.radius * std::sqrt(ellipse.c);
   const double high = filter.radius * std::sqrt(ellipse.a);
@@ -169,7 +172,9 @@ std::array<double, 3> ewa_exact(const Rig& rig, std::span<const Image> faces, in
   for (int v = y0; v <= y1; ++v) {
     for (int u = x0; u <= x1; ++u) {
       const double q = ellipse.q(u + 0.5, v + 0.5);
-      if (q >= limit || owner(rig.views, direction_at(view, {u + 0.5, v + 0.5})) != home) continue;
+      if (q >= limit) continue;
+      const Vec3 d = direction_at(view, {u + 0.5, v + 0.5});
+      if (glm::dot(d, looking.direction) <= kFarthestCosine || owner(rig.views, d) != home) continue;
       sum.add(kernel(filter, q), faces[home], u, v);
     }
   }
@@ -183,7 +188,7 @@ std::array<double, 3> ewa_exact(const Rig& rig, std::span<const Image> faces, in
       for (int u = box.x0; u < box.x1; ++u) {
         const Vec3 d = direction_at(own, {u + 0.5, v + 0.5});
         ViewSample in_home;
-        if (glm::dot(d, looking.direction) <= 0.0 || !project(view, d, in_home)) continue;
+        if (glm::dot(d, looking.direction) <= kFarthestCosine || !project(view, d, in_home)) continue;
         const double q = ellipse.q(in_home.uv.x, in_home.uv.y);
         if (q >= limit || owner(rig.views, d) != static_cast<int>(other)) continue;
         ViewSample in_own;

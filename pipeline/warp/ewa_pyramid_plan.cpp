@@ -114,7 +114,9 @@ class LevelChooser {
 }  // namespace
 
 PyramidPlan plan_ewa_pyramid(const Rig& rig, WorkerPool& pool) {
-  const LevelChooser chooser(rig);
+  Rig gaussian = rig;
+  if (rig.filter.kernel != Kernel::kGaussian) gaussian.filter = default_gaussian();
+  const LevelChooser chooser(gaussian);
   return {chooser.shape(), collect_tap_runs(rig.frame.size, pool, [&](int x, int y, std::vector<Tap>& taps) {
             chooser.gather(x, y, taps);
           })};

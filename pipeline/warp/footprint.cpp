@@ -7,6 +7,7 @@
 
 #include "pipeline/optics/portable_math.h"
 #include "pipeline/warp/view_region.h"
+#include "pipeline/warp/warp_table.h"
 
 namespace cupola {
 
@@ -20,9 +21,11 @@ struct FootprintGatherer::Ellipse {
 namespace {
 
 // The covariance M = J J^T of the pixel in texels, both eigenvalues at least `least`, plus rec on the
-// diagonal.
+// diagonal. The determinant of thin ones comes from the eigenvalues: uu vv - uv^2 loses all its digits
+// where the axes differ by 10^7.
 struct Covariance {
   double uu, uv, vv;
+  double determinant;
 };
 
 Covariance covariance(const View& home, const ViewSample& at, const DirectionAndSlope& looking,
@@ -31,23 +34,30 @@ Covariance covariance(const View& home, const ViewSample& at, const DirectionAnd
   const double uy = glm::dot(at.du, looking.d_db);
   const double vx = glm::dot(at.dv, looking.d_da);
   const double vy = glm::dot(at.dv, looking.d_db);
-  Covariance m{ux * ux + uy * uy, ux * vx + uy * vy, vx * vx + vy * vy};
+  Covariance m{ux * ux + uy * uy, ux * vx + uy * vy, vx * vx + vy * vy, 0.0};
   const double least = smallest_axis(filter) * smallest_axis(filter);
   const double mean = (m.uu + m.vv) / 2;
   const double half = (m.uu - m.vv) / 2;
   const double spread = std::sqrt(half * half + m.uv * m.uv);
   const double large = mean + spread;
-  const double small = mean - spread;
+  const double root = ux * vy - uy * vx;
+  const bool thin = mean - spread < 1e-6 * large;
+  const double small = thin ? root * root / large : mean - spread;
   if (large <= least) {
-    m = {least, 0.0, least};
+    m = {least, 0.0, least, 0.0};
   } else if (small < least) {
     // M + (least - small) e e^T, where e e^T = (large I - M) / (large - small) is the smaller axis'
     // projector.
     const double lift = (least - small) / (large - small);
-    m = {m.uu + lift * (large - m.uu), m.uv - lift * m.uv, m.vv + lift * (large - m.vv)};
+    m = {m.uu + lift * (large - m.uu), m.uv - lift * m.uv, m.vv + lift * (large - m.vv), 0.0};
   }
-  m.uu += filter.rec;
-  m.vv += filter.rec * home.rec_v;
+  const double rec_u = filter.rec;
+  const double rec_v = filter.rec * home.rec_v;
+  m.determinant =
+      std::max(large, least) * std::max(small, least) + rec_u * m.vv + rec_v * m.uu + rec_u * rec_v;
+  m.uu += rec_u;
+  m.vv += rec_v;
+  if (!thin) m.determinant = m.uu * m.vv - m.uv * m.uv;
   return m;
 }
 
@@ -94,7 +104,7 @@ void FootprintGatherer::gather_inside(int view, const Ellipse& ellipse, std::vec
   const int x1 = floor_to_int(box.u + box.half_width - 0.5);
   const int y0 = floor_to_int(box.v - box.half_height + 0.5);
   const int y1 = floor_to_int(box.v + box.half_height - 0.5);
-  for (int y = y0; y <= y1; ++y) {
+  for (int y = y0; y <= y1 && taps.size() <= kMostTaps; ++y) {
     const double dv = y + 0.5 - box.v;
     for (int x = x0; x <= x1; ++x) {
       const double q = ellipse.q(x + 0.5 - box.u, dv);
@@ -121,13 +131,14 @@ Footprint FootprintGatherer::gather(int x, int y, std::vector<Tap>& taps) const 
   } else {
     gather_ellipse(home, looking, at, taps);
   }
+  if (taps.size() > kMostTaps) return Footprint::kCovered;
   return normalise(taps) ? Footprint::kCovered : Footprint::kUncovered;
 }
 
 void FootprintGatherer::gather_ellipse(int home, const DirectionAndSlope& looking, const ViewSample& at,
                                        std::vector<Tap>& taps) const {
   const Covariance m = covariance(rig_.views[static_cast<std::size_t>(home)], at, looking, rig_.filter);
-  const double f = m.uu * m.vv - m.uv * m.uv;
+  const double f = m.determinant;
   const double radius = rig_.filter.radius;
   const Ellipse ellipse{{at.uv.x, at.uv.y, radius * std::sqrt(m.uu), radius * std::sqrt(m.vv)},
                         m.vv / f,

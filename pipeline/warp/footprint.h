@@ -26,6 +26,7 @@ class FootprintGatherer {
 
   // Fills `taps` with the footprint of pixel (x, y), view by view, row by row, from left to right. The
   // weights, some of which may be negative with other kernels than the Gaussian, lie in [-1, 2] and sum to 1.
+  // A footprint of more than kMostTaps texels is given up half-way, with more taps than that.
   Footprint gather(int x, int y, std::vector<Tap>& taps) const;
 
  private:

@@ -281,7 +281,7 @@ std::vector<Tap> by_coverage(const Rig& rig, int home, const Vec3& direction, co
         const Vec3 d = direction_at(own, {x + 0.5, y + 0.5});
         ViewSample in_home;
         ViewSample in_own;
-        if (glm::dot(d, direction) <= 0.0 || !project(rig.views[home], d, in_home)) continue;
+        if (glm::dot(d, direction) <= kFarthestCosine || !project(rig.views[home], d, in_home)) continue;
         const Vec2 off = glm::abs(in_home.uv - pixel.centre);
         if (off.x > extent.width / 2 + 0.51 || off.y > extent.height / 2 + 0.51) continue;
         if (owner(rig.views, d) != static_cast<int>(view)) continue;

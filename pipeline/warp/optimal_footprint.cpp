@@ -121,7 +121,7 @@ void OptimalFootprint::add_estimate(int view, const PixelArea& texel, double wei
   };
   const std::size_t first = taps.size();
   for (int y = from(texel.v, coverage.half_height(), size.height);
-       y < size.height && y + 0.5 < texel.v + coverage.half_height(); ++y) {
+       y < size.height && y + 0.5 < texel.v + coverage.half_height() && taps.size() <= kMostTaps; ++y) {
     for (int x = from(texel.u, coverage.half_width(), size.width);
          x < size.width && x + 0.5 < texel.u + coverage.half_width(); ++x) {
       const double share = coverage(x + 0.5 - texel.u, y + 0.5 - texel.v);
@@ -181,7 +181,8 @@ void OptimalFootprint::add_coverage(int home, const Vec3& direction, const ViewS
                 coverage, taps);
     return;
   }
-  for (int y = static_cast<int>(area.v - box.half_height); y + 0.5 < area.v + box.half_height; ++y) {
+  for (int y = static_cast<int>(area.v - box.half_height);
+       y + 0.5 < area.v + box.half_height && taps.size() <= kMostTaps; ++y) {
     for (int x = static_cast<int>(area.u - box.half_width); x + 0.5 < area.u + box.half_width; ++x) {
       const double share = coverage(x + 0.5 - area.u, y + 0.5 - area.v);
       if (share > 0.0) taps.push_back({x, y, home, share});
@@ -205,6 +206,7 @@ void OptimalFootprint::gather(int home, const DirectionAndSlope& looking, const 
     const std::size_t first = taps.size();
     add_coverage(home, looking.direction, at, area, taps);
     scale(taps, first, fade);
+    if (taps.size() > kMostTaps) return;
     if (first > 0) merge(taps);
   }
   double heaviest = 0.0;

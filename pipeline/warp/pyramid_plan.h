@@ -21,6 +21,7 @@ std::vector<TexelSpans> texels_used(const PyramidShape& shape, const TapRuns& ta
 
 // EWA on the smallest level that can still carry the pixel's ellipse, faded into the next larger one where
 // the choice changes (Greene & Heckbert 1986, "Areas for future work").
+// With the default Gaussian in place of a kernel with lobes.
 PyramidPlan plan_ewa_pyramid(const Rig& rig, WorkerPool& pool);
 
 // Bilinear in two levels of box-filtered copies, interpolated between them (Williams 1983).

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/warp/quadratic_scan.h"
 #include "pipeline/warp/radial_kernel.h"
 #include "pipeline/warp/sample_store.h"
 #include "pipeline/warp/slow_warp.h"
@@ -19,23 +20,10 @@ namespace {
 // WTAB: q from 0 to radius^2 in this many steps; "several thousand entries have proven sufficient".
 constexpr int kEntries = 4096;
 
-// Q runs from 0 to kEntries. Integers carry this many bits behind the point: a box of n x n texels drifts by
-// less than n^2 2^-20 entries.
-constexpr int kFractionBits = 20;
-
-template <class Number>
-Number to_number(double value) {
-  if constexpr (std::is_integral_v<Number>) {
-    return static_cast<Number>(std::llround(std::ldexp(value, kFractionBits)));
-  } else {
-    return static_cast<Number>(value);
-  }
-}
-
 template <class Number>
 int table_index(Number q) {
   if constexpr (std::is_integral_v<Number>) {
-    return static_cast<int>(std::max<Number>(q, 0) >> kFractionBits);
+    return static_cast<int>(std::max<Number>(q, 0) >> kScanFractionBits);
   } else {
     return static_cast<int>(std::max<Number>(q, 0));
   }
@@ -45,12 +33,10 @@ int table_index(Number q) {
 template <class Number>
 using Weight = std::conditional_t<std::is_integral_v<Number>, std::int64_t, float>;
 
-// One pixel's scan: Q at the box's first texel and its differences along u and v.
+// One pixel's scan: Q, which runs from 0 to kEntries within the footprint, over the texels of a box.
 template <class Number>
 struct Scan {
-  Number q, dq, ddq;                             // along u
-  Number dv, ddv;                                // along v
-  Number cross;                                  // B: change of either difference a step of the other
+  QuadraticScan<Number> quadratic;
   std::uint16_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // the box, its last texels included
   std::int16_t view = -1;                        // -1: black
 };
@@ -140,12 +126,7 @@ class ScanWarp final : public FrameWarp {
     const double u = scan.x0 + 0.5 - at.uv.x;
     const double v = scan.y0 + 0.5 - at.uv.y;
     scan.view = static_cast<std::int16_t>(home);
-    scan.q = to_number<Number>(a * u * u + b * u * v + c * v * v);
-    scan.dq = to_number<Number>(a * (2.0 * u + 1.0) + b * v);
-    scan.ddq = to_number<Number>(2.0 * a);
-    scan.dv = to_number<Number>(c * (2.0 * v + 1.0) + b * u);
-    scan.ddv = to_number<Number>(2.0 * c);
-    scan.cross = to_number<Number>(b);
+    scan.quadratic = scan_from<Number>(a, b, c, u, v);
     return scan;
   }
 
@@ -168,29 +149,21 @@ class ScanWarp final : public FrameWarp {
   void put(const Image& face, const Scan<Number>& scan, const MutableImage& frame, int x, int y) const {
     std::array<Weight<Number>, 3> num{};
     Weight<Number> den{};
-    Number row_q = scan.q;
-    Number row_dq = scan.dq;
-    Number dv = scan.dv;
-    for (int v = scan.y0; v <= scan.y1; ++v) {
-      Number q = row_q;
-      Number dq = row_dq;
+    QuadraticScan<Number> row = scan.quadratic;
+    for (int v = scan.y0; v <= scan.y1; ++v, row.down()) {
+      QuadraticScan<Number> at = row;
       const Sample* red = face.samples<Sample>(0, v);
       const Sample* green = face.samples<Sample>(1, v);
       const Sample* blue = face.samples<Sample>(2, v);
-      for (int u = scan.x0; u <= scan.x1; ++u) {
-        if (q < to_number<Number>(kEntries)) {
-          const Weight<Number> weight = table_[table_index(q)];
+      for (int u = scan.x0; u <= scan.x1; ++u, at.right()) {
+        if (at.q < to_scan_number<Number>(kEntries)) {
+          const Weight<Number> weight = table_[table_index(at.q)];
           num[0] += weight * static_cast<Weight<Number>>(red[u]);
           num[1] += weight * static_cast<Weight<Number>>(green[u]);
           num[2] += weight * static_cast<Weight<Number>>(blue[u]);
           den += weight;
         }
-        q += dq;
-        dq += scan.ddq;
       }
-      row_q += dv;
-      dv += scan.ddv;
-      row_dq += scan.cross;
     }
     std::array<unsigned, 3> rgb{};
     for (int channel = 0; channel < 3 && den > 0; ++channel) {

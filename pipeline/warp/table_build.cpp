@@ -167,7 +167,8 @@ class TileBuilder {
     const Heaviest heaviest = find_heaviest();
     const ByteForm& bytes = heaviest.negative ? kSignedBytes : kUnsignedBytes;
     const int bits8 = rig_.filter.table == TableForm::kFast ? round_to_bytes(bytes, heaviest) : 0;
-    const int bits16 = heaviest.negative ? kSignedBits16 : kBits16;
+    int bits16 = heaviest.negative ? kSignedBits16 : kBits16;
+    while (bits16 < kMostBits16 && heaviest.one * (2 << bits16) <= 1 << kBits16) ++bits16;
     if (bits8 == 0) round_weights(bits16, 1 << kBits16);
     for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
       tile.taps += static_cast<std::int64_t>(integers_[pixel].size()) * stands_for_[pixel];
@@ -193,7 +194,7 @@ class TileBuilder {
     }
   }
 
-  // The block's largest weight, and the largest sum of two taps side by side.
+  // The block's largest weight, its sign left aside, and the largest sum of two taps side by side.
   struct Heaviest {
     double one = 0.0;
     double pair = 0.0;
@@ -206,7 +207,7 @@ class TileBuilder {
       for (std::size_t i = 0; i < taps.size(); ++i) {
         const Tap& tap = taps[i];
         heaviest.negative = heaviest.negative || tap.weight < 0.0;
-        heaviest.one = std::max(heaviest.one, tap.weight);
+        heaviest.one = std::max(heaviest.one, std::abs(tap.weight));
         if (i > 0 && beside(taps[i - 1], tap)) {
           heaviest.pair = std::max(heaviest.pair, taps[i - 1].weight + tap.weight);
         }

@@ -22,7 +22,7 @@ BitRange bits_of(BlockKind kind) {
     case BlockKind::kSigned8:
       return {kLeastSignedBits8, kMostSignedBits8};
     default:
-      return {kSignedBits16, kBits16};
+      return {kSignedBits16, kMostBits16};
   }
 }
 

@@ -103,7 +103,9 @@ void add_second_pass(const std::vector<LineResult>& lines, const std::vector<std
 
 }  // namespace
 
-TwoPassPlan plan_two_pass(const Rig& rig, WorkerPool& pool) {
+TwoPassPlan plan_two_pass(const Rig& any_rig, WorkerPool& pool) {
+  Rig rig = any_rig;
+  if (rig.filter.kernel != Kernel::kGaussian) rig.filter = default_gaussian();
   TwoPassPlan plan;
   plan.frame = rig.frame.size;
   plan.orders = choose_orders(rig, pool);

@@ -54,6 +54,7 @@ struct TwoPassPlan {
   std::vector<std::uint16_t> weights;
 };
 
+// With the default Gaussian in place of a kernel with lobes.
 TwoPassPlan plan_two_pass(const Rig& rig, WorkerPool& pool);
 
 }  // namespace cupola

@@ -16,7 +16,7 @@ Cone cone_of_box(const View& home, const Vec3& direction, const ViewSample& at, 
         least = std::min(least, glm::dot(direction, direction_at(home, {u, v})));
       }
     }
-    least = std::max(least, 0.001);
+    least = std::max(least, kFarthestCosine);
     return {std::sqrt((1.0 - least) * (1.0 + least)) + 1e-8, least};
   }
   // Texels a radian in the direction where they are fewest; the angle is doubled, since the model bends.
@@ -26,7 +26,7 @@ Cone cone_of_box(const View& home, const Vec3& direction, const ViewSample& at, 
   const double half = (uu - vv) / 2;
   const double fewest = std::sqrt(std::max(1e-12, (uu + vv) / 2 - std::sqrt(half * half + uv * uv)));
   return portable::sine_cosine(
-      std::min(2.0 * std::sqrt(half_width * half_width + half_height * half_height) / fewest, 1.57));
+      std::min(2.0 * std::sqrt(half_width * half_width + half_height * half_height) / fewest, kFarthest));
 }
 
 bool owns_whole_box(std::span<const View> views, int home, const Vec3& direction, const PlaneBox& box,
@@ -36,6 +36,7 @@ bool owns_whole_box(std::span<const View> views, int home, const Vec3& direction
       box.u + box.half_width > own.size.width || box.v + box.half_height > own.size.height) {
     return false;
   }
+  if (cone.cosine <= kFarthestCosine) return false;
   // A view is nearer than another on one side of a plane through the eye, with normal n = forward - other
   // forward. Directions within the angle a of d reach down to d.n cos a - |n| sin a.
   for (std::size_t i = 0; i < views.size(); ++i) {

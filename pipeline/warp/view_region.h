@@ -8,6 +8,7 @@
 #include "pipeline/optics/portable_math.h"
 #include "pipeline/optics/view.h"
 #include "pipeline/warp/tap.h"
+#include "pipeline/warp/warp_table.h"
 
 namespace cupola {
 
@@ -29,6 +30,7 @@ bool owns_whole_box(std::span<const View> views, int home, const Vec3& direction
 
 // Adds every texel of every view whose centre that view owns and has weight(du, dv) != 0 where it falls in
 // the plane of `home`, less (u, v). Texels of other views weigh as many times more as they are fewer there.
+// Stops past kMostTaps.
 template <class Weight>
 void gather_near(std::span<const View> views, int home, const Vec3& direction, double u, double v,
                  double angle, const Weight& weight, std::vector<Tap>& taps) {
@@ -36,11 +38,11 @@ void gather_near(std::span<const View> views, int home, const Vec3& direction, d
   for (std::size_t i = 0; i < views.size(); ++i) {
     const View& own = views[i];
     const TexelBox box = texels_near(own, direction, angle);
-    for (int y = box.y0; y < box.y1; ++y) {
+    for (int y = box.y0; y < box.y1 && taps.size() <= kMostTaps; ++y) {
       for (int x = box.x0; x < box.x1; ++x) {
         const Vec3 d = direction_at(own, {x + 0.5, y + 0.5});
         ViewSample in_plane;
-        if (glm::dot(d, direction) <= 0.0 || !project(plane, d, in_plane)) continue;
+        if (glm::dot(d, direction) <= kFarthestCosine || !project(plane, d, in_plane)) continue;
         const bool at_home = static_cast<int>(i) == home;
         double share =
             weight((at_home ? x + 0.5 : in_plane.uv.x) - u, (at_home ? y + 0.5 : in_plane.uv.y) - v);

@@ -10,7 +10,8 @@
 //   kSigned8   The same for filters with negative lobes: a byte is the weight plus kBias8, everywhere, and
 //              the weights of a pixel sum to 2^bits, 7 to 9 of them.
 //   kNarrow16  The same with two bytes a weight, w = 128 high + low, in two lines a patch row (all high
-//              bytes, then all low ones); the weights of a pixel sum to 2^13, signed ones to 2^12.
+//              bytes, then all low ones); the weights of a pixel sum to 2^13, signed ones to 2^12, or to
+//              up to 2^17 where the block's heaviest weight still is at most 2^13.
 //   kWide16    The window belongs to one pixel, which sums all of it: two lines of 64 weights, row by row.
 //
 // Ranges. kNarrow8, kSigned8: bytes 0..255, two neighbours in a row at most 256 together. Kernels use
@@ -18,7 +19,8 @@
 // which fits 16 bits with sign; a sum of all lies within 2^17 (2^18 with the bias, at most 255 * 128 * 4
 // texels * 8 rows a window). kNarrow16, kWide16: |w| <= 2^13, high and low in [-64, 64]; a pair of products
 // with unsigned texels is at most 2 * 64 * 255 = 32,640; the sums over a footprint of n texels stay below
-// 64 * 255 * n, in 32 bits for n < 131,072; the builder refuses more.
+// 64 * 255 * n, in 32 bits for n < 131,072; the builder refuses more. |high| <= |w| / 64, and the |w| of a
+// pixel sum to at most 3 * 2^17, so that 128 times the sum of high bytes stays below 2^28.
 //
 // Symmetry. Where the rig is its own mirror image, left to right or top to bottom, the table holds one half
 // or one quarter of the frame, and every block serves two or four places (`reflections`). The grid of tiles
@@ -54,7 +56,8 @@ inline constexpr int kMostSignedBits8 = 9;
 inline constexpr int kBias8 = 32;
 inline constexpr int kMostPair8 = 256;
 inline constexpr int kBits16 = 13;        // weights of the other kinds sum to 2^13,
-inline constexpr int kSignedBits16 = 12;  // to 2^12 with negative ones among them
+inline constexpr int kSignedBits16 = 12;  // to 2^12 with negative ones among them,
+inline constexpr int kMostBits16 = 17;    // to as much as this where all are light
 inline constexpr int kMostTaps = 131071;
 
 enum class BlockKind : std::uint8_t { kNarrow8, kSigned8, kNarrow16, kWide16 };

@@ -31,6 +31,20 @@ ImageBuffer warped(const Rig& rig, Method method, const test::Faces& faces, Pixe
   return frame;
 }
 
+TEST(OtherMethods, TakeTheDefaultGaussianInPlaceOfKernelsWithLobes) {
+  Rig rig = test::omnimax_rig({123, 90}, 123, {80, 80}, kFour);
+  const test::Faces faces = test::make_faces(rig, test::noise(5));
+  for (const Method method : kOthers) {
+    rig.filter = default_gaussian();
+    const ImageBuffer gaussian = warped(rig, method, faces, PixelFormat::kRgbPlanar8);
+    for (const FilterSettings& lobed : {robidoux_filter(), jinc_filter(), optimal_filter()}) {
+      rig.filter = lobed;
+      const ImageBuffer frame = warped(rig, method, faces, PixelFormat::kRgbPlanar8);
+      EXPECT_TRUE(test::same_pixels(frame.pixels(), gaussian.pixels())) << test_name(method);
+    }
+  }
+}
+
 struct Bound {
   Method method;
   int face;  // texels; the circle has 246 pixels, 128 are 1:1

@@ -52,6 +52,42 @@ TEST(Quantise, NegativeWeightsAreRoundedLikeOthers) {
   }
 }
 
+// What the four pictures of period two see: an even colour, both stripes and the checkerboard.
+TEST(Quantise, StripesAndCheckerboardsAreOffByNoMoreThanTheirBounds) {
+  std::mt19937 random(3);
+  std::vector<int> integers;
+  for (int i = 0; i < 5000; ++i) {
+    const int columns = std::uniform_int_distribution<>(2, i % 10 == 0 ? 60 : 7)(random);
+    const int rows = std::uniform_int_distribution<>(1, i % 10 == 0 ? 60 : 7)(random);
+    const double least = i % 3 == 0 ? -0.2 : 0.0;
+    std::vector<Tap> taps;
+    double sum = 0.0;
+    for (int k = 0; k < columns * rows; ++k) {
+      const double weight = k == 0 ? 1.0 : std::uniform_real_distribution<>(least, 1.0)(random);
+      taps.push_back({17 + k % columns, 4 + k / columns, 0, weight});
+      sum += taps.back().weight;
+    }
+    for (Tap& tap : taps) tap.weight /= sum;
+    for (const int total : {128, 1024, 8192}) {
+      ASSERT_TRUE(quantise(taps, total, 2 * total, integers));
+      double checkerboard = 0.0;
+      double stripes = 0.0;
+      double lines = 0.0;
+      for (std::size_t k = 0; k < taps.size(); ++k) {
+        const double off = integers[k] - taps[k].weight * total;
+        const double along_x = taps[k].x % 2 == 0 ? off : -off;
+        stripes += along_x;
+        lines += taps[k].y % 2 == 0 ? off : -off;
+        checkerboard += taps[k].y % 2 == 0 ? along_x : -along_x;
+        ASSERT_TRUE(least < 0.0 || integers[k] >= 0);
+      }
+      ASSERT_LE(std::abs(checkerboard), 1.0 + 1e-9);
+      ASSERT_LE(std::abs(stripes), 2.0 + 1e-9);
+      ASSERT_LE(std::abs(lines), 2.0 + 1e-9);
+    }
+  }
+}
+
 TEST(Quantise, RealWeightsThatAreWholeStayAsTheyAre) {
   std::vector<int> integers;
   ASSERT_TRUE(quantise(taps_of({1, 2, 1}), 256, 255, integers));
@@ -72,11 +108,12 @@ TEST(Quantise, ASingleTapNeedsAllOfTheTotal) {
 }
 
 TEST(Quantise, WideFlatFootprintsKeepTheirShape) {
-  // 20,000 taps of less than half a step each: every run of 100 taps must still weigh its share.
+  // 20,000 taps of less than half a step each: every run of 100 taps must still weigh its share, its even and
+  // its odd ones to a step each.
   std::vector<int> integers;
   ASSERT_TRUE(quantise(taps_of(std::vector<double>(20000, 1.0)), 8192, 8192, integers));
   for (int i = 0; i < 20000; i += 100) {
-    EXPECT_NEAR(std::accumulate(integers.begin() + i, integers.begin() + i + 100, 0), 40.96, 1.0);
+    EXPECT_NEAR(std::accumulate(integers.begin() + i, integers.begin() + i + 100, 0), 40.96, 2.0);
   }
 }
 

@@ -139,7 +139,7 @@ Draft random_block(Random& random, BlockKind kind, const std::vector<Size>& view
   }
   const Range range = range_of(kind);
   const int most_sum = static_cast<int>(draft.weights.size()) * kPatchWidth / 2 * range.most_pair;
-  int bits = between(random, kSignedBits16, kBits16);
+  int bits = between(random, kSignedBits16, kMostBits16);
   if (kind == BlockKind::kNarrow8) bits = between(random, kLeastBits8, kMostBits8);
   if (kind == BlockKind::kSigned8) bits = between(random, kLeastSignedBits8, kMostSignedBits8);
   while (1 << bits > most_sum) --bits;

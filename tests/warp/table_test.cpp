@@ -3,13 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <bit>
 #include <cstring>
 #include <random>
-#include <set>
 
 #include "pipeline/warp/ewa_warp.h"
 #include "pipeline/warp/table_build.h"
+#include "tests/warp/block_check.h"
 #include "tests/warp/faces.h"
 #include "tests/warp/random_table.h"
 
@@ -17,90 +16,6 @@ namespace cupola {
 namespace {
 
 const std::vector<std::string> kAllNames = {"front", "left", "right", "top", "bottom", "back"};
-
-int signed_byte(std::uint8_t byte) {
-  return static_cast<std::int8_t>(byte);
-}
-
-int pair_weight(const WeightLine* line, int at) {
-  const int high = signed_byte(line[0].bytes[at]);
-  const int low = signed_byte(line[1].bytes[at]);
-  EXPECT_TRUE(high >= -64 && high <= 64 && low >= -64 && low < 64);
-  return 128 * high + low;
-}
-
-// Adds up the weights of a block's pixels, checking every promise of warp_table.h on the way.
-class BlockCheck {
- public:
-  explicit BlockCheck(const WarpTable& table) : table_(table) {}
-
-  void check(const Block& block, const Window*& window, const WeightLine*& line) {
-    const WeightLine* first = line;
-    sum_.fill(0);
-    for (std::uint32_t i = 0; i < block.window_count; ++i, ++window) {
-      const Size view = table_.views[window->view];
-      ASSERT_LE(window->x + kWindowSide, view.width);
-      ASSERT_LE(window->y + kWindowSide, view.height);
-      if (block.kind == BlockKind::kWide16) {
-        for (int at = 0; at < 64; ++at) sum_[window->start[0]] += pair_weight(line, at);
-        line += 2;
-      } else {
-        check_narrow(block.kind, *window, line);
-      }
-    }
-    ASSERT_EQ(line - first, block.line_count);
-    for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
-      ASSERT_EQ(sum_[pixel], (block.covered >> pixel & 1) != 0 ? 1 << block.bits : 0);
-    }
-  }
-
- private:
-  void check_narrow(BlockKind kind, const Window& window, const WeightLine*& line) {
-    ASSERT_TRUE(window.rows >= 1 && window.rows <= kWindowSide && window.used <= kWindowSide);
-    for (int pixel = 0; pixel < kPixelsInBlock; ++pixel) {
-      ASSERT_LE(window.start[pixel] % kWindowSide + kPatchWidth, kWindowSide);
-      ASSERT_LE(window.start[pixel] / kWindowSide + window.rows, window.used);
-      const int neighbour = window.start[pixel / kBlockSide * kBlockSide];
-      ASSERT_LE(std::abs(window.start[pixel] / kWindowSide - neighbour / kWindowSide), window.spread);
-    }
-    for (int row = 0; row < window.rows; ++row) {
-      for (int at = 0; at < 64; ++at) {
-        const int pixel = at / kPatchWidth;
-        if (kind == BlockKind::kNarrow16) {
-          sum_[pixel] += pair_weight(line, at);
-          continue;
-        }
-        sum_[pixel] += line->bytes[at] - (kind == BlockKind::kSigned8 ? kBias8 : 0);
-        if (at % 2 == 1) {
-          ASSERT_LE(line->bytes[at] + line->bytes[at - 1], kMostPair8);
-        }
-      }
-      line += kind == BlockKind::kNarrow16 ? 2 : 1;
-    }
-  }
-
-  const WarpTable& table_;
-  std::array<int, kPixelsInBlock> sum_{};
-};
-
-void expect_sound(const WarpTable& table) {
-  ASSERT_EQ(table.tiles.size(), static_cast<std::size_t>(table.tile_count()));
-  for (const Tile& tile : table.tiles) {
-    const Window* window = table.windows.data() + tile.first_window;
-    const WeightLine* line = table.lines.data() + tile.first_line;
-    std::set<int> places;
-    int covered = 0;
-    for (int i = 0; i < tile.block_count; ++i) {
-      const Block& block = table.blocks[tile.first_block + i];
-      ASSERT_TRUE(block.at < kBlocksInTile && places.insert(block.at).second);
-      ASSERT_NE(block.covered, 0);
-      covered += std::popcount(block.covered);
-      BlockCheck(table).check(block, window, line);
-      if (testing::Test::HasFatalFailure()) return;
-    }
-    ASSERT_EQ(tile.full, covered == kTileWidth * kTileHeight ? 1 : 0);
-  }
-}
 
 bool same_bytes(const WarpTable& a, const WarpTable& b) {
   const auto same = [](const auto& x, const auto& y) {
@@ -115,7 +30,7 @@ TEST(RandomTable, KeepsThePromisesThatKernelsRelyOn) {
   for (const BlockKind kind :
        {BlockKind::kNarrow8, BlockKind::kSigned8, BlockKind::kNarrow16, BlockKind::kWide16}) {
     for (int i = 0; i < 20; ++i) {
-      expect_sound(test::random_table(random, std::array{kind}, {{8, 8}, {40, 17}}, 3).table);
+      test::expect_sound(test::random_table(random, std::array{kind}, {{8, 8}, {40, 17}}, 3).table);
     }
   }
 }
@@ -135,7 +50,7 @@ TEST(WarpTableOf, EveryGeometryKeepsItsPromises) {
     }
     rig.filter.table = i % 2 == 0 ? TableForm::kFast : TableForm::kPrecise;
     SCOPED_TRACE(i);
-    expect_sound(build_warp_table(rig, pool));
+    test::expect_sound(build_warp_table(rig, pool));
   }
 }
 
