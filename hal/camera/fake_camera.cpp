@@ -182,7 +182,9 @@ void FakeCamera::lend(const Ready& ready, CameraFrame& frame) noexcept {
   frame.sequence = ready.sequence;
   frame.captured_at = ready.captured_at;
   if (const FakeFault* step = fault(CameraFault::kTimestampStep, ready.captured_at)) {
-    frame.captured_at += nanoseconds(step->amount);
+    const auto stamp =
+        static_cast<std::uint64_t>(frame.captured_at.count()) + static_cast<std::uint64_t>(step->amount);
+    frame.captured_at = nanoseconds(static_cast<std::int64_t>(stamp));  // clocks wrap
   }
 }
 

@@ -210,6 +210,16 @@ TEST_F(Watch, GoesOnCountingInTheNextRun) {
   EXPECT_EQ(watch_.counts().dropped, 0U);
 }
 
+TEST_F(Watch, DoesNotCompareTheCountersOfTwoRuns) {
+  begin();
+  camera_.loss = CameraTrouble{};
+  EXPECT_EQ(watch_.poll(frame_), Poll::kLost);
+  clock_.advance(kPeriod);
+  flow(1000);
+  EXPECT_EQ(frame_.sequence, 10U);
+  EXPECT_EQ(watch_.counts().dropped, 0U);
+}
+
 TEST_F(Watch, PassesOverFramesOfAnEarlierRun) {
   begin();
   flow(10);

@@ -243,11 +243,12 @@ int FakeV4l2Node::request_buffers(FakeV4l2File& file, v4l2_requestbuffers& wante
   stop();
   owner_ = wanted.count > 0 ? &file : nullptr;
   if (wanted.count == 0) return 0;
-  wanted.count = std::clamp<__u32>(wanted.count, device_.least_buffers, VIDEO_MAX_FRAME);
+  wanted.count = std::min(std::max(wanted.count, device_.least_buffers), device_.most_buffers);
   const Sizes layout = sizes();
   buffers_.resize(wanted.count);
   for (Buffer& buffer : buffers_) {
-    for (const __u32 bytes : layout.bytes) buffer.pieces.push_back({device_.header + bytes, nullptr});
+    for (const __u32 bytes : layout.bytes)
+      buffer.pieces.push_back({device_.header + bytes - device_.missing_bytes, nullptr});
   }
   picture_.emplace(layout.format, static_cast<int>(settings_.width), static_cast<int>(settings_.height),
                    device_.number);

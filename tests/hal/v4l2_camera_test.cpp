@@ -353,6 +353,86 @@ TEST_F(V4l2, LosesTheStreamWhenItEnds) {
   EXPECT_EQ(trouble.error, EPIPE);
 }
 
+TEST_F(V4l2, SaysThatTheSignalIsGoneWhenItIs) {
+  for (const bool hdmi : {false, true}) {
+    FakeV4l2 calls(clock_);
+    FakeV4l2Device device = numbered(0);
+    device.hdmi = hdmi;
+    FakeV4l2Node& node = calls.add(device);
+    V4l2Camera camera(calls, clock_);
+    ASSERT_TRUE(std::holds_alternative<CameraMode>(camera.start({})));
+    node.begin_fault(CameraFault::kNoSignal, 0);
+    CameraFrame frame;
+    CameraTrouble trouble;
+    EXPECT_EQ(camera.poll(frame, trouble), CameraPoll::kLost);
+    EXPECT_EQ(trouble.cause, CameraCause::kNoSignal);
+    const auto started = camera.start({});
+    ASSERT_TRUE(std::holds_alternative<CameraTrouble>(started));
+    EXPECT_EQ(std::get<CameraTrouble>(started).cause, CameraCause::kNoSignal);
+  }
+}
+
+TEST_F(V4l2, TakesASignalThatCannotBeReadForNone) {
+  FakeV4l2Device device = numbered(0);
+  device.hdmi = true;
+  calls_.add(device);
+  for (const int error : {ENOLINK, ENOLCK, ERANGE}) {
+    calls_.fail(VIDIOC_QUERY_DV_TIMINGS, 1, error, false);
+    EXPECT_EQ(refusal({}).cause, CameraCause::kNoSignal) << error;
+  }
+}
+
+TEST_F(V4l2, HandsShortFramesBackAsDamaged) {
+  for (const CameraFault fault : {CameraFault::kShort, CameraFault::kDamaged}) {
+    FakeV4l2 calls(clock_);
+    FakeV4l2Node& node = calls.add(numbered(0));
+    V4l2Camera camera(calls, clock_);
+    ASSERT_TRUE(std::holds_alternative<CameraMode>(camera.start({})));
+    node.begin_fault(fault, 100);
+    CameraFrame frame;
+    CameraTrouble trouble;
+    for (std::uint64_t i = 0; i < 10; ++i) {
+      clock_.advance(16'666'667ns);
+      ASSERT_EQ(camera.poll(frame, trouble), CameraPoll::kDamaged);
+      EXPECT_EQ(frame.sequence, i);
+    }
+    clock_.advance(17ms);
+    calls.fail(VIDIOC_QBUF, 1, EIO, false);
+    EXPECT_EQ(camera.poll(frame, trouble), CameraPoll::kDamaged);
+    EXPECT_EQ(camera.poll(frame, trouble), CameraPoll::kLost) << "it could not be handed back";
+    EXPECT_STREQ(trouble.step, "VIDIOC_QBUF");
+  }
+}
+
+TEST_F(V4l2, RefusesRowsAndBuffersThatAreTooShort) {
+  for (const Wire& wire : kWires) {
+    FakeV4l2Device device = numbered(0);
+    device.fourccs = {wire.fourcc};
+    device.multi_planar = wire.multi_planar;
+    FakeV4l2 calls(clock_);
+    FakeV4l2Node& node = calls.add(device);
+    V4l2Camera camera(calls, clock_);
+    node.device().missing_bytes = 1;
+    auto started = camera.start({});
+    ASSERT_TRUE(std::holds_alternative<CameraTrouble>(started));
+    EXPECT_EQ(std::get<CameraTrouble>(started).cause, CameraCause::kChanged);
+    node.device().missing_bytes = 0;
+    if (wire.format == CameraFormat::kMjpeg) continue;
+    node.begin_fault(CameraFault::kWrongStride, 0);
+    started = camera.start({});
+    ASSERT_TRUE(std::holds_alternative<CameraTrouble>(started));
+    EXPECT_EQ(std::get<CameraTrouble>(started).cause, CameraCause::kChanged);
+    EXPECT_EQ(calls.complaints(), "");
+  }
+}
+
+TEST_F(V4l2, RefusesADriverWithOneBuffer) {
+  FakeV4l2Device device = numbered(0);
+  device.most_buffers = 1;
+  calls_.add(device);
+  EXPECT_EQ(refusal({}).cause, CameraCause::kFailed);
+}
+
 TEST_F(V4l2, LosesADriverThatInventsBuffers) {
   FakeV4l2Device device = numbered(0);
   device.numbers_buffers = false;
