@@ -54,6 +54,7 @@ std::unique_ptr<Command> make_render_command(CLI::App& program);
 std::unique_ptr<Command> make_play_command(CLI::App& program);
 std::unique_ptr<Command> make_table_command(CLI::App& program);
 std::unique_ptr<Command> make_check_command(CLI::App& program);
+std::unique_ptr<Command> make_devices_command(CLI::App& program);
 std::unique_ptr<Command> make_bench_command(CLI::App& program);
 
 // 1234567 as "1,234,567".

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "firmware/command.h"
+#include "firmware/rig_trial.h"
 #include "firmware/show.h"
 #include "pipeline/frame/error.h"
 
@@ -14,7 +15,7 @@ namespace {
 class CheckCommand final : public Command {
  public:
   explicit CheckCommand(CLI::App& program)
-      : Command(program, "check", "Check a show or a rig, and every file it names",
+      : Command(program, "check", "Check a show and every file it names, or a rig and every device in it",
                 "  cupola check demo\n"
                 "  cupola check --rig my-dome.toml\n") {
     options().add_option("show", show_, "The show's file, or the name of one in config/shows");
@@ -27,10 +28,11 @@ class CheckCommand final : public Command {
 
  private:
   void check_show(std::vector<std::string>& errors) const;
-  void check_rig(std::vector<std::string>& errors) const;
+  void check_rig(std::vector<std::string>& errors);
 
   std::string show_;
   std::string rig_;
+  std::vector<std::string> troubles_;  // of the rig's devices
 };
 
 void describe(const Rig& rig) {
@@ -40,11 +42,12 @@ void describe(const Rig& rig) {
              views);
 }
 
-void CheckCommand::check_rig(std::vector<std::string>& errors) const {
+void CheckCommand::check_rig(std::vector<std::string>& errors) {
   try {
     const Rig rig = load_named_rig(rig_, overrides());
-    load_rig_devices(rig.file, overrides());
+    const RigDevices devices = load_rig_devices(rig.file, overrides());
     describe(rig);
+    troubles_ = try_rig(devices, rig.frame.size);
   } catch (const InputError& error) {
     errors.emplace_back(error.what());
   }
@@ -87,6 +90,8 @@ int CheckCommand::run() {
   }
   for (const std::string& error : errors) fmt::print(stderr, "{}\n", error);
   if (!errors.empty()) return 2;
+  for (const std::string& trouble : troubles_) fmt::print(stderr, "{}\n", trouble);
+  if (!troubles_.empty()) return 1;
   fmt::print("ok\n");
   return 0;
 }

@@ -11,6 +11,8 @@
 #include "firmware/control_panel.h"
 #include "firmware/file_display.h"
 #include "firmware/frame_loop.h"
+#include "firmware/live_frames.h"
+#include "firmware/open_cameras.h"
 #include "firmware/show_frames.h"
 #include "hal/display/fake_display.h"
 #include "hal/gpio/gpiod_lines.h"
@@ -64,8 +66,8 @@ class PlayCommand final : public Command {
 
  private:
   std::unique_ptr<Display> open_display(Clock& clock, const Show& show) const;
-  void write_stats(const FrameLoop& loop, const GpioCounts& gpio, const Show& show, Cpu on,
-                   int pool_threads) const;
+  void write_stats(const FrameLoop& loop, const GpioCounts& gpio, const LiveFrames* live, const Show& show,
+                   Cpu on, int pool_threads) const;
 
   std::string show_;
   std::string rig_;
@@ -99,7 +101,9 @@ std::unique_ptr<Display> PlayCommand::open_display(Clock& clock, const Show& sho
   if (display_ == "file") return std::make_unique<FileDisplay>(clock, out_, show.name, size);
   if (display_ == "kms" || (display_ == "auto" && !has_desktop() && has_projector())) {
 #ifdef CUPOLA_KMS
-    return std::make_unique<KmsDisplay>(clock, KmsSettings{}, size.width, size.height);
+    const ProjectorSettings& projector = show.devices.projector;
+    const KmsSettings settings{projector.connector, projector.mode, projector.card, KmsMemoryKind::kDumb};
+    return std::make_unique<KmsDisplay>(clock, settings, size.width, size.height);
 #else
     throw Failure("play: this program was built without KMS");
 #endif
@@ -116,8 +120,37 @@ std::unique_ptr<Display> PlayCommand::open_display(Clock& clock, const Show& sho
 #endif
 }
 
-void PlayCommand::write_stats(const FrameLoop& loop, const GpioCounts& gpio, const Show& show, Cpu on,
-                              int pool_threads) const {
+nlohmann::ordered_json live_stats(const LiveFrames& live) {
+  std::vector<double> latencies = live.latencies_ms();
+  std::sort(latencies.begin(), latencies.end());
+  const auto share = [&](double part) {
+    return latencies.empty()
+               ? 0.0
+               : latencies[static_cast<std::size_t>(part * static_cast<double>(latencies.size() - 1))];
+  };
+  const RigSync& sync = live.faces().sync();
+  nlohmann::ordered_json stats = {{"sets", sync.counts().sets},
+                                  {"whole_sets", sync.counts().whole},
+                                  {"frames_passed_over", sync.counts().passed_over},
+                                  {"latency_ms_median", share(0.5)},
+                                  {"latency_ms_p99", share(0.99)},
+                                  {"latency_ms_max", share(1.0)},
+                                  {"cameras", nlohmann::ordered_json::array()}};
+  for (std::size_t c = 0; c < live.cameras().size(); ++c) {
+    const CameraCounts& counts = live.watch(c).counts();
+    stats["cameras"].push_back({{"view", live.cameras()[c].settings.view},
+                                {"frames", counts.frames},
+                                {"dropped", counts.dropped},
+                                {"damaged", counts.damaged},
+                                {"losses", counts.losses},
+                                {"silences", counts.silences},
+                                {"clock_steps", counts.clock_steps}});
+  }
+  return stats;
+}
+
+void PlayCommand::write_stats(const FrameLoop& loop, const GpioCounts& gpio, const LiveFrames* live,
+                              const Show& show, Cpu on, int pool_threads) const {
   const LoopCounts& counts = loop.counts();
   std::vector<double> times = loop.warp_ms();
   std::sort(times.begin(), times.end());
@@ -125,29 +158,31 @@ void PlayCommand::write_stats(const FrameLoop& loop, const GpioCounts& gpio, con
     return times.empty() ? 0.0
                          : times[static_cast<std::size_t>(part * static_cast<double>(times.size() - 1))];
   };
-  const nlohmann::ordered_json stats = {{"frames_presented", counts.frames_presented},
-                                        {"frames_late", counts.frames_late},
-                                        {"frames_dropped", counts.frames_dropped},
-                                        {"frames_unshown", counts.frames_unshown},
-                                        {"display_losses", counts.display_losses},
-                                        {"frames_unchanged", counts.frames_unchanged},
-                                        {"tiles_warped", counts.tiles_warped},
-                                        {"tiles_skipped", counts.tiles_skipped},
-                                        {"frames_failed", counts.frames_failed},
-                                        {"blackout_frames", counts.blackout_frames},
-                                        {"gpio_edges", gpio.edges},
-                                        {"gpio_losses", gpio.losses},
-                                        {"gpio_returns", gpio.returns},
-                                        {"heap_allocations", counts.heap_allocations},
-                                        {"heap_allocations_elsewhere", counts.heap_allocations_elsewhere},
-                                        {"pixel_bytes_copied", counts.pixel_bytes_copied},
-                                        {"warp_ms_median", share(0.5)},
-                                        {"warp_ms_p99_9", share(0.999)},
-                                        {"warp_ms_max", share(1.0)},
-                                        {"show", show.name},
-                                        {"display", display_},
-                                        {"cpu", name(on)},
-                                        {"threads", pool_threads}};
+  nlohmann::ordered_json stats = {
+      {"frames_presented", counts.frames_presented},
+      {"frames_late", counts.frames_late},
+      {"frames_dropped", counts.frames_dropped},
+      {"frames_unshown", counts.frames_unshown},
+      {"display_losses", counts.display_losses},
+      {"frames_unchanged", counts.frames_unchanged},
+      {"tiles_warped", counts.tiles_warped},
+      {"tiles_skipped", counts.tiles_skipped},
+      {"frames_failed", counts.frames_failed},
+      {"blackout_frames", counts.blackout_frames},
+      {"gpio_edges", gpio.edges},
+      {"gpio_losses", gpio.losses},
+      {"gpio_returns", gpio.returns},
+      {"heap_allocations", counts.heap_allocations},
+      {"heap_allocations_elsewhere", counts.heap_allocations_elsewhere},
+      {"pixel_bytes_copied", counts.pixel_bytes_copied + (live ? live->pixel_bytes_copied() : 0)},
+      {"warp_ms_median", share(0.5)},
+      {"warp_ms_p99_9", share(0.999)},
+      {"warp_ms_max", share(1.0)},
+      {"show", show.name},
+      {"display", display_},
+      {"cpu", name(on)},
+      {"threads", pool_threads}};
+  if (live) stats["live"] = live_stats(*live);
   AtomicFile file(stats_);
   file.write(stats.dump(2) + "\n");
   file.commit();
@@ -163,10 +198,26 @@ int PlayCommand::run() {
   MonotonicClock real;
   FakeClock fake;
   Clock& clock = fast_forward_ || display_ == "file" ? static_cast<Clock&>(fake) : static_cast<Clock&>(real);
-  TableCache tables = cache();
-  ShowFrames frames(what, Method::kEwa, on, pool, false, &tables);
-  warn_about(tables);
-  if ((fast_forward_ || display_ == "file") && seconds_ == 0.0 && !frames.timeline().length()) {
+  CameraDrivers drivers;
+  std::unique_ptr<LiveFrames> live;
+  std::unique_ptr<ShowFrames> frames;
+  if (what.live()) {
+    live = std::make_unique<LiveFrames>(
+        what.rig, drivers.open(what.devices.cameras, clock, &clock == &fake ? &fake : nullptr),
+        what.devices.sync, on, pool, clock);
+  } else {
+    TableCache tables = cache();
+    frames = std::make_unique<ShowFrames>(what, Method::kEwa, on, pool, false, &tables);
+    warn_about(tables);
+  }
+  FrameMaker& maker = live ? static_cast<FrameMaker&>(*live) : *frames;
+  std::optional<std::chrono::nanoseconds> time;
+  if (seconds_ > 0.0) time = std::chrono::nanoseconds(std::llround(seconds_ * 1e9));
+  if (live && !time && what.cues.front().duration_s) {
+    time = std::chrono::nanoseconds(std::llround(*what.cues.front().duration_s * 1e9));
+  }
+  const bool ends = time || (frames && frames->timeline().length());
+  if ((fast_forward_ || display_ == "file") && !ends) {
     throw InputError(fmt::format("{}: the show never ends; expected --seconds N", show_));
   }
   std::unique_ptr<Display> display;
@@ -179,12 +230,10 @@ int PlayCommand::run() {
   const std::unique_ptr<Gpio> gpio = make_gpiod_lines(real);
   std::optional<ControlPanel> panel;
   if (&clock == &real && !what.devices.gpio.empty()) panel.emplace(what.devices.gpio, *gpio, real);
-  FrameLoop loop(frames, *display, clock, pool, panel ? &*panel : nullptr);
-  std::optional<std::chrono::nanoseconds> time;
-  if (seconds_ > 0.0) time = std::chrono::nanoseconds(std::llround(seconds_ * 1e9));
+  FrameLoop loop(maker, *display, clock, pool, panel ? &*panel : nullptr);
   const LoopEnd end = loop.run(time);
   if (!stats_.empty()) {
-    write_stats(loop, panel ? panel->counts() : GpioCounts(), what, on, pool.threads());
+    write_stats(loop, panel ? panel->counts() : GpioCounts(), live.get(), what, on, pool.threads());
   }
   if (end == LoopEnd::kLost) throw Failure(display->trouble());
   return 0;

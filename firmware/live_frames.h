@@ -40,6 +40,9 @@ class LiveFrames final : public FrameMaker {
 
   const Rig& rig() const { return rig_; }
   const LiveFaces& faces() const { return *faces_; }
+  std::int64_t pixel_bytes_copied() const {
+    return static_cast<std::int64_t>(faces_->counts().pixel_bytes_copied);
+  }
   // One a rig camera, in the rig file's order.
   const std::vector<OpenCamera>& cameras() const { return cameras_; }
   const CameraWatch& watch(std::size_t camera) const { return *watches_[camera]; }

@@ -49,7 +49,7 @@ RigCamera read_camera(SettingsTable& table, std::span<const std::string> views) 
     table.refuse("view",
                  fmt::format("expected the name of one of this rig's views, not \"{}\"", camera.view));
   }
-  constexpr std::array<std::string_view, 2> kDrivers = {"v4l2", "libcamera"};
+  constexpr std::array<std::string_view, 3> kDrivers = {"v4l2", "libcamera", "fake"};
   camera.driver = static_cast<CameraDriver>(table.choice("driver", kDrivers, 0));
   CameraSetup& setup = camera.setup;
   setup.device = table.text("device");

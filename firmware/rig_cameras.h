@@ -13,7 +13,7 @@
 
 namespace cupola {
 
-enum class CameraDriver : std::uint8_t { kV4l2, kLibcamera };
+enum class CameraDriver : std::uint8_t { kV4l2, kLibcamera, kFake };
 
 struct RigCamera {
   std::string view;  // the view that it fills

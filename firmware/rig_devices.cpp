@@ -88,11 +88,40 @@ GpioSettings read_gpio(SettingsTable table) {
   return gpio;
 }
 
+SyncSettings read_sync(SettingsTable table) {
+  SyncSettings sync;
+  const auto milliseconds = [&](const char* key, double least, double most,
+                                std::chrono::nanoseconds fallback) {
+    const double value = table.number(key, least, most, 1e-6 * static_cast<double>(fallback.count()));
+    return std::chrono::nanoseconds(std::llround(1e6 * value));
+  };
+  sync.tolerance = milliseconds("tolerance_ms", 0.01, 1000.0, sync.tolerance);
+  sync.patience = milliseconds("patience_ms", 0.0, 3'600'000.0, sync.patience);
+  table.finish();
+  return sync;
+}
+
+ProjectorSettings read_projector(SettingsTable table) {
+  ProjectorSettings projector;
+  projector.card = table.text("card", "");
+  projector.connector = table.text("connector", "");
+  const std::optional<KmsModeWish> mode = parse_kms_mode(table.text("mode", ""));
+  if (!mode) table.refuse("mode", "expected a mode like \"1920x1200@60\" or \"1920x1200\"");
+  projector.mode = *mode;
+  table.finish();
+  return projector;
+}
+
 }  // namespace
 
 RigDevices load_rig_devices(const std::filesystem::path& file, std::span<const std::string> overrides) {
   SettingsTable table = load_settings(file, overrides);
+  std::vector<std::string> views;
+  for (SettingsTable& view : table.tables("view")) views.push_back(view.text("name"));
   RigDevices devices;
+  devices.cameras = read_cameras(table, views);
+  devices.sync = read_sync(table.table("sync"));
+  devices.projector = read_projector(table.table("display"));
   devices.gpio = read_gpio(table.table("gpio"));
   return devices;  // unknown keys beside these tables were load_rig()'s to refuse
 }

@@ -8,7 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "firmware/rig_cameras.h"
+#include "hal/display/kms_mode.h"
 #include "hal/gpio/gpio.h"
+#include "pipeline/source/rig_sync.h"
 
 namespace cupola {
 
@@ -31,8 +34,17 @@ struct GpioSettings {
   bool empty() const { return inputs.empty() && outputs.empty(); }
 };
 
+struct ProjectorSettings {
+  std::string card;       // "/dev/dri/card1"; empty: the first that has the connector
+  std::string connector;  // "HDMI-A-1"; empty: the first that has a projector
+  KmsModeWish mode;
+};
+
 struct RigDevices {
+  std::vector<RigCamera> cameras;
+  SyncSettings sync;  // [sync]
   GpioSettings gpio;
+  ProjectorSettings projector;
 };
 
 // Reads what load_rig() passes over in the same file; throws InputError naming file, line and key.

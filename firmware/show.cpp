@@ -19,10 +19,10 @@ namespace cupola {
 namespace {
 
 constexpr int kLargestFace = 16384;  // texels
-constexpr std::array<std::string_view, 5> kSources = {"stills", "sequence", "atlas", "generated",
-                                                      "test-pattern"};
-constexpr std::array<std::string_view, 6> kLaterSources = {"video",           "live", "scene", "composite",
-                                                           "multiprojection", "fade"};
+constexpr std::array<std::string_view, 6> kSources = {"stills",    "sequence",     "atlas",
+                                                      "generated", "test-pattern", "live"};
+constexpr std::array<std::string_view, 5> kLaterSources = {"video", "scene", "composite", "multiprojection",
+                                                           "fade"};
 
 std::filesystem::path found(const std::filesystem::path& file, const std::filesystem::path& directory,
                             std::string_view room) {
@@ -45,7 +45,7 @@ Cue read_cue(SettingsTable& table, const std::filesystem::path& directory) {
   const bool from_files = cue.source <= CueSource::kAtlas;
   if (from_files) {
     cue.file = (directory / table.text("file")).string();
-  } else {
+  } else if (cue.source != CueSource::kLive) {
     const auto names = world_names();
     cue.world = names[table.choice("world", names)];
     if (table.has("face_size")) {
@@ -65,9 +65,9 @@ Cue read_cue(SettingsTable& table, const std::filesystem::path& directory) {
       table.refuse("layout", error.what());
     }
   }
-  cue.rate = table.number("rate", 0.01, 1000.0, 60.0);
+  if (cue.source != CueSource::kLive) cue.rate = table.number("rate", 0.01, 1000.0, 60.0);
   if (table.has("duration_s")) cue.duration_s = table.number("duration_s", 0.001, 1e7);
-  if (cue.source != CueSource::kStills) {
+  if (cue.source != CueSource::kStills && cue.source != CueSource::kLive) {
     constexpr std::int64_t kMost = 1'000'000'000;
     if (table.has("in")) cue.part.in = table.integer("in", 0, kMost);
     if (table.has("out")) cue.part.out = table.integer("out", cue.part.in.value_or(0), kMost);
@@ -173,6 +173,9 @@ Show load_show(const std::filesystem::path& file, std::span<const std::string> o
                              fmt::format("expected a name of its own; \"{}\" is taken", show.cues[i].name));
           }
         }
+        if (show.cues[i].source == CueSource::kLive && show.cues.size() > 1) {
+          tables[i].refuse("source", "expected live in a show of one cue");
+        }
         show.cues[i].then = read_then(tables[i], i, show.cues);
         tables[i].finish();
       });
@@ -211,6 +214,8 @@ std::unique_ptr<FaceSource> open_source(const Cue& cue, const Rig& rig, WorkerPo
     case CueSource::kTestPattern:
       return std::make_unique<GeneratedSource>(rig.views, rig.world_from_lens, make_world(cue.world),
                                                cue.rate, pool, cue.face_size);
+    case CueSource::kLive:
+      break;  // LiveFrames takes its faces from the cameras
   }
   return nullptr;
 }

@@ -19,7 +19,7 @@
 
 namespace cupola {
 
-enum class CueSource : std::uint8_t { kStills, kSequence, kAtlas, kGenerated, kTestPattern };
+enum class CueSource : std::uint8_t { kStills, kSequence, kAtlas, kGenerated, kTestPattern, kLive };
 
 struct Cue {
   std::string name;
@@ -41,7 +41,8 @@ struct Show {
   std::string name;  // for the files it is rendered to
   Rig rig;
   RigDevices devices;     // of the same file
-  std::vector<Cue> cues;  // at least one
+  std::vector<Cue> cues;  // at least one; a live one is alone
+  bool live() const { return cues.front().source == CueSource::kLive; }
 };
 
 // `file` may be the name of a show in config/shows. Overrides that begin with "rig." go to the rig's file,

@@ -47,6 +47,7 @@ CueTiming timing(const Cue& cue, const FaceSource& source) {
 ShowFrames::ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& pool, bool whole_faces,
                        TableCache* cache)
     : frame_size_(show.rig.frame.size), rate_(show.cues.front().rate), timeline_({CueTiming{}}) {
+  if (show.live()) throw InputError(fmt::format("cue {}: live can only be played", show.cues.front().name));
   std::vector<CueTiming> timings;
   using Needs = std::tuple<std::vector<Size>, PixelFormat, std::optional<Method>>;
   std::vector<Needs> kinds;  // of each warp: its faces' sizes and depth, the method beside it

@@ -3,6 +3,7 @@
 #include <array>
 #include <cassert>
 #include <cerrno>
+#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include <unistd.h>
 
 #include "hal/gpio/gpio_search.h"
+#include "hal/gpio/gpiod_chips.h"
 #include "hal/gpio/gpiod_lines.h"
 
 namespace cupola {
@@ -218,6 +220,27 @@ std::optional<GpioTrouble> Gpiod1Lines::set(std::size_t line, bool active) noexc
 
 std::unique_ptr<Gpio> make_gpiod_lines(Clock& clock) {
   return std::make_unique<Gpiod1Lines>(clock);
+}
+
+std::vector<GpioChip> list_gpio_chips() {
+  std::vector<GpioChip> chips;
+  for (const std::string& path : gpio_chip_paths()) {
+    GpioChip& found = chips.emplace_back();
+    found.path = path;
+    const Chip chip(gpiod_chip_open(path.c_str()));
+    if (!chip) {
+      found.trouble = std::strerror(errno);
+      continue;
+    }
+    found.label = gpiod_chip_label(chip.get());
+    found.lines = static_cast<int>(gpiod_chip_num_lines(chip.get()));
+    for (int i = 0; i < found.lines; ++i) {
+      gpiod_line* line = gpiod_chip_get_line(chip.get(), static_cast<unsigned>(i));
+      const char* name = line ? gpiod_line_name(line) : nullptr;
+      if (name && *name) found.line_names.emplace_back(name);
+    }
+  }
+  return chips;
 }
 
 }  // namespace cupola

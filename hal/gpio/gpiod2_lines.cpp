@@ -4,6 +4,7 @@
 #include <array>
 #include <cassert>
 #include <cerrno>
+#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include <unistd.h>
 
 #include "hal/gpio/gpio_search.h"
+#include "hal/gpio/gpiod_chips.h"
 #include "hal/gpio/gpiod_lines.h"
 
 namespace cupola {
@@ -265,6 +267,28 @@ std::optional<GpioTrouble> Gpiod2Lines::set(std::size_t line, bool active) noexc
 
 std::unique_ptr<Gpio> make_gpiod_lines(Clock&) {
   return std::make_unique<Gpiod2Lines>();
+}
+
+std::vector<GpioChip> list_gpio_chips() {
+  std::vector<GpioChip> chips;
+  for (const std::string& path : gpio_chip_paths()) {
+    GpioChip& found = chips.emplace_back();
+    found.path = path;
+    const Chip chip(gpiod_chip_open(path.c_str()));
+    const ChipInfo info(chip ? gpiod_chip_get_info(chip.get()) : nullptr);
+    if (!info) {
+      found.trouble = std::strerror(errno);
+      continue;
+    }
+    found.label = gpiod_chip_info_get_label(info.get());
+    found.lines = static_cast<int>(gpiod_chip_info_get_num_lines(info.get()));
+    for (int i = 0; i < found.lines; ++i) {
+      const LineInfo line(gpiod_chip_get_line_info(chip.get(), static_cast<unsigned>(i)));
+      const char* name = line ? gpiod_line_info_get_name(line.get()) : nullptr;
+      if (name && *name) found.line_names.emplace_back(name);
+    }
+  }
+  return chips;
 }
 
 }  // namespace cupola

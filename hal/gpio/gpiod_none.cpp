@@ -1,5 +1,6 @@
 // A program that was built without libgpiod has no lines.
 // SPDX-License-Identifier: MIT
+#include "hal/gpio/gpiod_chips.h"
 #include "hal/gpio/gpiod_lines.h"
 
 namespace cupola {
@@ -20,6 +21,10 @@ class NoLines final : public Gpio {
 
 std::unique_ptr<Gpio> make_gpiod_lines(Clock&) {
   return std::make_unique<NoLines>();
+}
+
+std::vector<GpioChip> list_gpio_chips() {
+  return {};
 }
 
 }  // namespace cupola

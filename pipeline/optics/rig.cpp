@@ -227,6 +227,7 @@ Rig load_rig(const std::filesystem::path& file, std::span<const std::string> ove
   if (rig.views.empty()) table.refuse("view", "expected one to six tables [[view]]");
   // The installation's hardware is in the same file, for others to read.
   table.tables("camera");
+  table.table("sync");
   table.table("gpio");
   table.table("display");
   table.finish();

@@ -1,0 +1,123 @@
+// One function a kind of device.
+// SPDX-License-Identifier: MIT
+#include "firmware/rig_trial.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "firmware/camera_trial.h"
+#include "firmware/open_cameras.h"
+#include "hal/gpio/gpiod_lines.h"
+#ifdef CUPOLA_KMS
+#include "hal/display/kms_device.h"
+#endif
+
+namespace cupola {
+namespace {
+
+using namespace std::chrono_literals;
+using Complaints = std::vector<std::string>;
+
+void print(const RigCamera& camera, const TrialResult& result) {
+  fmt::print("camera {}: {}", camera.view, camera.setup.device);
+  if (result.mode) {
+    fmt::print(": {} {} x {}, {} frames, {:.2f} a second, jitter {:.2f} ms, longest gap {:.1f} ms",
+               name_of(result.mode->format), result.mode->width, result.mode->height, result.counts.frames,
+               result.rate, result.jitter_ms, result.worst_gap_ms);
+  }
+  if (result.offset_ms) {
+    fmt::print(", {:+.2f} ms off the first camera (within {:.2f})", *result.offset_ms,
+               result.offset_spread_ms);
+  }
+  fmt::print("\n");
+}
+
+void try_the_cameras(const std::vector<RigCamera>& settings, Complaints& wrong) {
+  if (settings.empty()) return;
+  const bool fakes = std::all_of(settings.begin(), settings.end(), [](const RigCamera& camera) {
+    return camera.driver == CameraDriver::kFake;
+  });
+  MonotonicClock real;
+  FakeClock fake;
+  Clock& clock = fakes ? static_cast<Clock&>(fake) : static_cast<Clock&>(real);
+  CameraDrivers drivers;
+  const std::vector<OpenCamera> cameras = drivers.open(settings, clock, fakes ? &fake : nullptr);
+  std::vector<std::unique_ptr<CameraWatch>> owned;
+  std::vector<CameraWatch*> watches;
+  for (const OpenCamera& camera : cameras) {
+    owned.push_back(std::make_unique<CameraWatch>(*camera.device, camera.settings.setup, clock,
+                                                  camera.settings.patience));
+    watches.push_back(owned.back().get());
+  }
+  const std::vector<TrialResult> results = try_cameras(watches, clock, 2s);
+  for (std::size_t c = 0; c < results.size(); ++c) {
+    print(settings[c], results[c]);
+    for (const std::string& complaint : complaints(results[c], settings[c].setup.rate)) {
+      wrong.push_back(
+          fmt::format("camera {}: {}: {}", settings[c].view, settings[c].setup.device, complaint));
+    }
+  }
+}
+
+void try_the_lines(const GpioSettings& settings, Complaints& wrong) {
+  if (settings.empty()) return;
+  std::vector<GpioLine> lines;
+  for (const PanelInput& input : settings.inputs) lines.push_back(input.line);
+  for (const PanelOutput& output : settings.outputs) lines.push_back(output.line);
+  MonotonicClock clock;
+  const std::unique_ptr<Gpio> gpio = make_gpiod_lines(clock);
+  const auto started = gpio->start(lines);
+  if (const GpioTrouble* trouble = std::get_if<GpioTrouble>(&started)) {
+    wrong.push_back("gpio: " + describe(*trouble, lines));
+    return;
+  }
+  const GpioLevels& levels = *std::get_if<GpioLevels>(&started);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    fmt::print("gpio {}: {}\n", describe(lines[i]),
+               lines[i].output ? "an output"
+               : levels[i]     ? "an input, active"
+                               : "an input, not active");
+  }
+  gpio->stop();
+}
+
+void try_the_projector([[maybe_unused]] const ProjectorSettings& settings, [[maybe_unused]] Size frame,
+                       [[maybe_unused]] Complaints& wrong) {
+#ifdef CUPOLA_KMS
+  if (settings.connector.empty() && settings.mode.width == 0) return;  // it may be a window
+  for (const KmsCard& card : list_kms_cards()) {
+    if (!settings.card.empty() && card.path != settings.card) continue;
+    const auto place = choose_kms_connector(card.connectors, settings.connector);
+    if (!place) continue;
+    const KmsConnector& connector = card.connectors[*place];
+    if (!connector.connected) {
+      wrong.push_back(fmt::format("display {}: nothing plugged in", connector.name));
+      return;
+    }
+    const KmsModeChoice choice = choose_kms_mode(connector.modes, settings.mode, frame.width, frame.height);
+    if (choice.trouble != KmsModeTrouble::kNone) {
+      wrong.push_back("display: " + describe(choice, connector, settings.mode, frame.width, frame.height));
+      return;
+    }
+    fmt::print("display {}: {} on {}\n", connector.name, name_of(connector.modes[choice.index]),
+               card.path.string());
+    return;
+  }
+  wrong.push_back(fmt::format("display: no connector {}; see cupola devices",
+                              settings.connector.empty() ? "with a projector" : settings.connector));
+#endif
+}
+
+}  // namespace
+
+std::vector<std::string> try_rig(const RigDevices& devices, Size frame) {
+  Complaints wrong;
+  try_the_cameras(devices.cameras, wrong);
+  try_the_lines(devices.gpio, wrong);
+  try_the_projector(devices.projector, frame, wrong);
+  return wrong;
+}
+
+}  // namespace cupola
