@@ -28,6 +28,10 @@ namespace {
 
 using Rows = std::vector<FoundDevice>;
 
+FoundDevice none(const char* kind, const char* driver, const char* why) {
+  return {kind, driver, "", "", why};
+}
+
 [[maybe_unused]] FoundDevice not_built_in(const char* kind, const char* driver) {
   return {kind, driver, "", "", "this program was built without it"};
 }
@@ -35,7 +39,9 @@ using Rows = std::vector<FoundDevice>;
 void add_v4l2(Rows& rows) {
 #ifdef CUPOLA_V4L2
   LinuxCalls calls;
-  for (const V4l2Device& device : list_v4l2_devices(calls)) {
+  const std::vector<V4l2Device> devices = list_v4l2_devices(calls);
+  if (devices.empty()) rows.push_back(none("camera", "v4l2", "there is no /dev/video"));
+  for (const V4l2Device& device : devices) {
     rows.push_back({"camera", "v4l2", device.path,
                     fmt::format("{} ({}), {}", device.card, device.driver, device.bus),
                     device.unusable ? describe(*device.unusable) : ""});
@@ -49,7 +55,11 @@ void add_libcamera(Rows& rows) {
 #ifdef CUPOLA_LIBCAMERA
   LibcameraSystem system;
   if (system.trouble()) rows.push_back({"camera", "libcamera", "", "", describe(*system.trouble())});
-  for (const LibcameraListing& camera : system.list()) {
+  const std::vector<LibcameraListing> cameras = system.list();
+  if (cameras.empty() && !system.trouble()) {
+    rows.push_back(none("camera", "libcamera", "libcamera finds no camera"));
+  }
+  for (const LibcameraListing& camera : cameras) {
     rows.push_back({"camera", "libcamera", camera.id, camera.model, camera.trouble});
   }
 #else
@@ -58,7 +68,9 @@ void add_libcamera(Rows& rows) {
 }
 
 void add_gpio(Rows& rows) {
-  for (const GpioChip& chip : list_gpio_chips()) {
+  const std::vector<GpioChip> chips = list_gpio_chips();
+  if (chips.empty()) rows.push_back(none("gpio", "libgpiod", "there is no /dev/gpiochip"));
+  for (const GpioChip& chip : chips) {
     std::string named;
     for (const std::string& line : chip.line_names) named += (named.empty() ? ": " : " ") + line;
     rows.push_back({"gpio", "libgpiod", chip.label,
@@ -68,7 +80,9 @@ void add_gpio(Rows& rows) {
 
 void add_kms(Rows& rows) {
 #ifdef CUPOLA_KMS
-  for (const KmsCard& card : list_kms_cards()) {
+  const std::vector<KmsCard> cards = list_kms_cards();
+  if (cards.empty()) rows.push_back(none("display", "kms", "there is no card in /dev/dri"));
+  for (const KmsCard& card : cards) {
     if (!card.trouble.empty())
       rows.push_back({"display", "kms", card.path.string(), card.driver, card.trouble});
     for (const KmsConnector& connector : card.connectors) {

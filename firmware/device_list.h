@@ -15,8 +15,8 @@ struct FoundDevice {
   std::string problem;  // why it cannot be used; empty when it can
 };
 
-// Asks every driver that this program was built with. A driver without any device yields nothing; one that is
-// not built in, or cannot be asked, a row without a name that says so.
+// Asks every driver. One without any device, or that is not built in, yields a row without a name that says
+// so.
 std::vector<FoundDevice> find_devices();
 
 // For people, one row a device; and one JSON array.

@@ -1,0 +1,75 @@
+// Cameras from the command line: what is there, whether the rig's work, and a live show of fake ones.
+// SPDX-License-Identifier: MIT
+#include <gmock/gmock.h>
+
+#include <set>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/firmware/program.h"
+
+namespace cupola {
+namespace {
+
+using testing::HasSubstr;
+
+class Live : public ProgramTest {};
+
+TEST_F(Live, DevicesAreListedAsATableAndAsJson) {
+  const Outcome table = call({"devices"});
+  EXPECT_EQ(table.code, 0) << table.err;
+  EXPECT_THAT(table.out, HasSubstr("KIND"));
+  const Outcome json = call({"devices", "--json"});
+  EXPECT_EQ(json.code, 0) << json.err;
+  std::set<std::string> kinds;
+  for (const nlohmann::json& row : nlohmann::json::parse(json.out)) {
+    kinds.insert(row["kind"].get<std::string>());
+    EXPECT_NE(row["usable"].get<bool>(), row["name"].empty() || !row["problem"].get<std::string>().empty());
+    EXPECT_THAT(table.out, HasSubstr(row["problem"].get<std::string>()));
+  }
+  for (const char* kind : {"camera", "gpio", "display", "gl"}) EXPECT_TRUE(kinds.contains(kind)) << kind;
+}
+
+TEST_F(Live, ARigsCamerasAreTried) {
+  const Outcome good = call({"check", "--rig", "four-fake-cameras"});
+  EXPECT_EQ(good.code, 0) << good.err;
+  for (const char* view : {"front", "left", "right", "top"}) {
+    EXPECT_THAT(good.out, HasSubstr(std::string("camera ") + view));
+  }
+  EXPECT_THAT(good.out, HasSubstr("60.00 a second"));
+  const Outcome wrong = call({"check", "--rig", "four-fake-cameras", "--set", "camera.1.view=lefd"});
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("camera.1.view"));
+  const Outcome twice = call({"check", "--rig", "four-fake-cameras", "--set", "camera.1.view=front"});
+  EXPECT_EQ(twice.code, 2);
+  EXPECT_THAT(twice.err, HasSubstr("front has a camera already"));
+}
+
+TEST_F(Live, FourCamerasReachAFakeScreenInStep) {
+  const Outcome outcome =
+      call({"play", "live", "--display", "fake", "--fast-forward", "--seconds", "2", "--set",
+            "rig.frame.width=128", "--set", "rig.frame.height=128", "--stats", path("stats.json")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto stats = nlohmann::json::parse(read_text(folder_ / "stats.json"));
+  EXPECT_EQ(stats["frames_presented"], 120);
+  EXPECT_EQ(stats["pixel_bytes_copied"], 0);
+  EXPECT_EQ(stats["heap_allocations"], 0);
+  EXPECT_GE(stats["live"]["whole_sets"], 118);
+  EXPECT_EQ(stats["live"]["cameras"].size(), 4U);
+  EXPECT_LE(stats["live"]["latency_ms_max"], 25.0);
+}
+
+TEST_F(Live, ALiveShowWantsCamerasAndTheRightClock) {
+  const Outcome real = call({"play", "live", "--display", "fake", "--seconds", "1"});
+  EXPECT_EQ(real.code, 1);
+  EXPECT_THAT(real.err, HasSubstr("--fast-forward"));
+  const Outcome none = call({"play", "live", "--rig", "omnimax", "--display", "fake", "--seconds", "1"});
+  EXPECT_EQ(none.code, 1);
+  EXPECT_THAT(none.err, HasSubstr("no view has a camera"));
+  const Outcome rendered = call({"render", "live", "--out", path("out"), "--frames", "0-1"});
+  EXPECT_EQ(rendered.code, 2);
+  EXPECT_THAT(rendered.err, HasSubstr("live can only be played"));
+}
+
+}  // namespace
+}  // namespace cupola
