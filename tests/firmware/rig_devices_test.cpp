@@ -114,8 +114,8 @@ TEST_F(RigDevicesTest, RefusesWhatItDoesNotKnow) {
                  "4: gpio.input.0.bias: expected as-is");
   expect_refused(input + "name = \"a\"\ndoes = \"next\"\ndebounce_ms = -1\n",
                  "4: gpio.input.0.debounce_ms: expected a number from 0 to 1000");
-  expect_refused(input + "name = \"a\"\ndoes = \"next\"\ndebounce = 1\n",
-                 "4: gpio.input.0.debounce: unknown key; did you mean debounce_ms?");
+  expect_refused(input + "name = \"a\"\ndoes = \"next\"\ndebounce_s = 1\n",
+                 "4: gpio.input.0.debounce_s: unknown key; did you mean debounce_ms?");
   expect_refused(output + "name = \"a\"\nis = \"lamp\"\nbias = \"pull-up\"\n",
                  "4: gpio.output.0.bias: unknown key");
   expect_refused(output + "name = \"a\"\nis = \"tally\"\nactive_low = 1\n",

@@ -89,7 +89,7 @@ class GpioContract : public testing::TestWithParam<GpioBenchMaker> {
   }
 
   // Until there is something to tell or `patience` is over.
-  GpioPoll next(GpioEdge& edge, std::chrono::nanoseconds patience = std::chrono::seconds(1)) {
+  GpioPoll next(GpioEdge& edge, std::chrono::nanoseconds patience = std::chrono::seconds(5)) {
     const std::chrono::nanoseconds deadline = clock_.now() + patience;
     for (;;) {
       GpioTrouble trouble;
@@ -115,7 +115,7 @@ class GpioContract : public testing::TestWithParam<GpioBenchMaker> {
   }
 
   GpioWatch::Poll next(GpioWatch& watch, GpioEdge& edge,
-                       std::chrono::nanoseconds patience = std::chrono::seconds(1)) {
+                       std::chrono::nanoseconds patience = std::chrono::seconds(5)) {
     const std::chrono::nanoseconds deadline = clock_.now() + patience;
     for (;;) {
       const GpioWatch::Poll polled = watch.poll(edge);
@@ -352,7 +352,7 @@ TEST_P(GpioContract, ChipsThatAreNotUsedMayGo) {
 TEST_P(GpioContract, TheWatchHandsOnOneEdgeOfABouncingPress) {
   for (const GpioDebounce kind : {GpioDebounce::kSettled, GpioDebounce::kAtOnce}) {
     GpioLine button = input("play");
-    button.debounce = 60ms;
+    button.debounce = 200ms;  // a busy machine may take a while from edge to edge
     button.debounce_kind = kind;
     GpioWatch watch(gpio_, {button, output("lamp")}, clock_);
     GpioEdge edge;
@@ -364,8 +364,8 @@ TEST_P(GpioContract, TheWatchHandsOnOneEdgeOfABouncingPress) {
       EXPECT_EQ(edge.active, active);
       EXPECT_EQ(watch.active(0), active);
       EXPECT_GE(edge.at, begun);
-      EXPECT_LE(edge.at, begun + 50ms);
-      EXPECT_EQ(next(watch, edge, 150ms), GpioWatch::Poll::kNothing);
+      EXPECT_LE(edge.at, begun + 150ms);
+      EXPECT_EQ(next(watch, edge, 300ms), GpioWatch::Poll::kNothing);
     }
     EXPECT_EQ(watch.counts().edges, 2U);
     EXPECT_GE(watch.counts().raw_edges, 6U);
@@ -388,7 +388,7 @@ TEST_P(GpioContract, TheWatchBringsBackALostChipWithItsOutputsAsTheyWereWanted) 
     bench_->plug();
     const std::chrono::nanoseconds plugged = clock_.now();
     ASSERT_EQ(next(watch, edge), GpioWatch::Poll::kBack);
-    EXPECT_LE(clock_.now(), plugged + 400ms);
+    EXPECT_LE(clock_.now(), plugged + 1s);
     EXPECT_TRUE(bench_->high("lamp"));
     EXPECT_EQ(bench_->high("shutter"), shut);
     bench_->pull("play", true);

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: MIT
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <linux/gpio.h>
 #include <linux/videodev2.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -52,21 +51,10 @@ std::string video_driver(const DeviceNode& node) {
   return reinterpret_cast<const char*>(capability.driver);
 }
 
-std::string gpio_label(const DeviceNode& node) {
-  gpiochip_info chip{};
-  return node.answers(GPIO_GET_CHIPINFO_IOCTL, chip) ? chip.label : std::string();
-}
-
 TEST(Vivid, IsFourCameras) {
   const int found = nodes_of("/dev", "video", "vivid", video_driver);
   EXPECT_EQ(found, 4);
   std::printf("vivid: %d nodes\n", found);
-}
-
-TEST(GpioSim, IsABankOfLines) {
-  const int found = nodes_of("/dev", "gpiochip", "dome-gpio", gpio_label);
-  EXPECT_EQ(found, 1);
-  std::printf("gpio-sim: %d nodes\n", found);
 }
 
 }  // namespace
