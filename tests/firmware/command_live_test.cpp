@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: MIT
 #include <gmock/gmock.h>
 
-#include <set>
-
 #include <nlohmann/json.hpp>
 
 #include "tests/firmware/program.h"
@@ -14,21 +12,6 @@ namespace {
 using testing::HasSubstr;
 
 class Live : public ProgramTest {};
-
-TEST_F(Live, DevicesAreListedAsATableAndAsJson) {
-  const Outcome table = call({"devices"});
-  EXPECT_EQ(table.code, 0) << table.err;
-  EXPECT_THAT(table.out, HasSubstr("KIND"));
-  const Outcome json = call({"devices", "--json"});
-  EXPECT_EQ(json.code, 0) << json.err;
-  std::set<std::string> kinds;
-  for (const nlohmann::json& row : nlohmann::json::parse(json.out)) {
-    kinds.insert(row["kind"].get<std::string>());
-    EXPECT_NE(row["usable"].get<bool>(), row["name"].empty() || !row["problem"].get<std::string>().empty());
-    EXPECT_THAT(table.out, HasSubstr(row["problem"].get<std::string>()));
-  }
-  for (const char* kind : {"camera", "gpio", "display", "gl"}) EXPECT_TRUE(kinds.contains(kind)) << kind;
-}
 
 TEST_F(Live, ARigsCamerasAreTried) {
   const Outcome good = call({"check", "--rig", "four-fake-cameras"});
