@@ -182,7 +182,7 @@ std::uint64_t CameraWatch::unwrap(std::uint64_t sequence) noexcept {
 nanoseconds CameraWatch::sane_time(nanoseconds captured_at, std::uint64_t gap) noexcept {
   const nanoseconds now = clock_.now();
   const bool first = stamp_ == nanoseconds::min();
-  const nanoseconds latest = now + period() / 2;
+  const nanoseconds latest = now + period();  // some drivers stamp the end of a frame as they begin it
   const auto is_sane = [&](nanoseconds time) { return time > stamp_ && time <= latest; };
   nanoseconds time = captured_at;
   if (is_sane(time)) {

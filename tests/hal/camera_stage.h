@@ -33,6 +33,7 @@ struct CameraStageMaker {
   std::chrono::nanoseconds lateness{0};
   bool stamped = true;  // its pictures are FakePicture's
   std::vector<CameraFault> faults;
+  std::chrono::seconds faults_last{10};
 };
 
 inline void PrintTo(const CameraStageMaker& maker, std::ostream* out) {
