@@ -313,6 +313,18 @@ TEST_F(Watch, CountsOneStepThoughItsFirstFrameCameLate) {
   EXPECT_EQ(watch_.counts().clock_steps, 1U);
 }
 
+TEST_F(Watch, KeepsFramesApartThatAreStampedAhead) {
+  begin();
+  camera_.send(10, clock_.now() + 4ms);
+  camera_.send(11, clock_.now() + 6ms);
+  ASSERT_EQ(watch_.poll(frame_), Poll::kFrame);
+  EXPECT_EQ(frame_.captured_at, clock_.now());
+  const nanoseconds first = frame_.captured_at;
+  ASSERT_EQ(watch_.poll(frame_), Poll::kFrame);
+  EXPECT_GT(frame_.captured_at, first);
+  EXPECT_EQ(watch_.counts().clock_steps, 0U);
+}
+
 TEST_F(Watch, LosesACameraWhoseFramesAreNotOfItsMode) {
   begin();
   camera_.send(10, clock_.now());
