@@ -99,8 +99,9 @@ struct CameraFrame {
   int height = 0;
   std::array<CameraPlane, 3> planes;
   std::uint64_t sequence = 0;  // a gap means that the device dropped frames. Drivers count modulo 2^32
-  std::chrono::nanoseconds captured_at{0};  // CLOCK_MONOTONIC
-  int buffer = -1;                          // which of the camera's
+  // CLOCK_MONOTONIC, as the driver says: at most a frame's time ahead of the poll.
+  std::chrono::nanoseconds captured_at{0};
+  int buffer = -1;  // which of the camera's
 };
 
 enum class CameraPoll : std::uint8_t {

@@ -182,7 +182,7 @@ std::uint64_t CameraWatch::unwrap(std::uint64_t sequence) noexcept {
 nanoseconds CameraWatch::sane_time(nanoseconds captured_at, std::uint64_t gap) noexcept {
   const nanoseconds now = clock_.now();
   const bool first = stamp_ == nanoseconds::min();
-  const nanoseconds latest = now + period() / 2;
+  const nanoseconds latest = now + period();  // some drivers stamp the end of a frame as they begin it
   const auto is_sane = [&](nanoseconds time) { return time > stamp_ && time <= latest; };
   nanoseconds time = captured_at;
   if (is_sane(time)) {
@@ -190,7 +190,11 @@ nanoseconds CameraWatch::sane_time(nanoseconds captured_at, std::uint64_t gap) n
   } else {
     const auto raw = static_cast<std::uint64_t>(captured_at.count());
     time = nanoseconds(static_cast<std::int64_t>(raw + clock_offset_));
-    if (clock_offset_ == 0 || !is_sane(time)) {
+    if (clock_offset_ != 0 && time > now && time <= now + patience_) {
+      // The frame that the offset was found with had come late.
+      clock_offset_ -= static_cast<std::uint64_t>((time - now).count());
+      time = now;
+    } else if (clock_offset_ == 0 || !is_sane(time)) {
       ++counts_.clock_steps;
       const auto periods = static_cast<std::int64_t>(std::min<std::uint64_t>(gap, 1000));
       time = periods == 0 ? now : std::min(now, stamp_ + periods * period());

@@ -35,6 +35,7 @@ struct CameraStageMaker {
   std::vector<CameraFault> faults;
   bool counts_drops = true;  // its sequence goes on while it has no buffer to fill
   int buffers = 0;           // that it insists on; 0: it has as many as it is asked for
+  std::chrono::seconds faults_last{10};
 };
 
 inline void PrintTo(const CameraStageMaker& maker, std::ostream* out) {

@@ -21,11 +21,10 @@ CameraViewer::CameraViewer(CameraStage& stage, const CameraStageMaker& maker)
       maker_(maker),
       watch_(stage.camera(), stage.setup(), stage.clock(), kPatience + maker.lateness) {}
 
-CameraViewer::Seen CameraViewer::run(nanoseconds duration) {
+CameraViewer::Seen CameraViewer::watch_until(nanoseconds end, bool one_frame) {
   Clock& clock = stage_.clock();
-  const nanoseconds end = clock.now() + duration;
   Seen seen;
-  while (clock.now() < end) {
+  do {
     for (bool more = true; more;) {
       CameraFrame frame;
       const std::uint64_t starts = watch_.counts().starts + watch_.counts().failed_starts;
@@ -54,8 +53,9 @@ CameraViewer::Seen CameraViewer::run(nanoseconds duration) {
       }
     }
     const std::array<int, 1> descriptors = {watch_.descriptor()};
+    if (one_frame && seen.frames > 0) break;
     clock.wait(descriptors, std::min(end, watch_.deadline()));
-  }
+  } while (clock.now() < end);
   frames_ += seen.frames;
   return seen;
 }

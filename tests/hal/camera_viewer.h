@@ -30,12 +30,18 @@ class CameraViewer {
     std::chrono::nanoseconds first_at{0};  // when the first frame of all of them was polled
     std::chrono::nanoseconds last_at{0};
   };
-  Seen run(std::chrono::nanoseconds duration);
+  // Polls once at least.
+  Seen run(std::chrono::nanoseconds duration) { return watch_until(stage_.clock().now() + duration, false); }
+  // No longer than until it has a frame.
+  Seen run_until_frame(std::chrono::nanoseconds at_most) {
+    return watch_until(stage_.clock().now() + at_most, true);
+  }
 
   CameraWatch& watch() { return watch_; }
   std::uint64_t frames() const { return frames_; }
 
  private:
+  Seen watch_until(std::chrono::nanoseconds end, bool one_frame);
   void check(const CameraFrame& frame);
 
   CameraStage& stage_;

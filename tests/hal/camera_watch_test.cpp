@@ -299,6 +299,32 @@ TEST_F(Watch, FollowsADeviceClockOfItsOwnAcrossItsWrap) {
   EXPECT_EQ(watch_.counts().clock_steps, 1U);
 }
 
+TEST_F(Watch, CountsOneStepThoughItsFirstFrameCameLate) {
+  for (const nanoseconds latency : {35ms, 26ms, 17ms, 1ms, 0ms, 2ms, 1ms, 0ms}) {
+    camera_.send(watch_.counts().frames, clock_.now() + 1h);
+    clock_.advance(latency);
+    Poll polled = watch_.poll(frame_);
+    if (polled == Poll::kBack) polled = watch_.poll(frame_);
+    ASSERT_EQ(polled, Poll::kFrame);
+    EXPECT_LE(frame_.captured_at, clock_.now());
+    EXPECT_GE(frame_.captured_at, clock_.now() - 2 * kPeriod);
+    clock_.advance(40ms - latency);
+  }
+  EXPECT_EQ(watch_.counts().clock_steps, 1U);
+}
+
+TEST_F(Watch, KeepsFramesApartThatAreStampedAhead) {
+  begin();
+  camera_.send(10, clock_.now() + 4ms);
+  camera_.send(11, clock_.now() + 6ms);
+  ASSERT_EQ(watch_.poll(frame_), Poll::kFrame);
+  EXPECT_EQ(frame_.captured_at, clock_.now());
+  const nanoseconds first = frame_.captured_at;
+  ASSERT_EQ(watch_.poll(frame_), Poll::kFrame);
+  EXPECT_GT(frame_.captured_at, first);
+  EXPECT_EQ(watch_.counts().clock_steps, 0U);
+}
+
 TEST_F(Watch, LosesACameraWhoseFramesAreNotOfItsMode) {
   begin();
   camera_.send(10, clock_.now());

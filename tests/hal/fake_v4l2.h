@@ -49,10 +49,11 @@ struct FakeV4l2Device {
   __u32 colorspace = V4L2_COLORSPACE_REC709;
   __u32 least_buffers = 2;
   __u32 most_buffers = VIDEO_MAX_FRAME;
-  __u32 missing_bytes = 0;      // of each buffer, against what it said
-  bool numbers_buffers = true;  // else it says that it filled one that it was not given
-  __u32 first_sequence = 0;     // of each stream
-  int number = 0;               // in its pictures
+  __u32 missing_image_bytes = 0;  // of what it says a picture takes (single-planar only)
+  __u32 missing_bytes = 0;        // of each buffer, against what it said
+  bool numbers_buffers = true;    // else it says that it filled one that it was not given
+  __u32 first_sequence = 0;       // of each stream
+  int number = 0;                 // in its pictures
   std::vector<FakeV4l2Control> controls;
 };
 

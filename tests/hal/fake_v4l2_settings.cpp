@@ -61,8 +61,8 @@ FakeV4l2Node::Sizes FakeV4l2Node::sizes() const {
     const PlaneShape shape = plane_shape(result.format, p, width, height);
     const bool half = result.format == CameraFormat::kI420 && p > 0;
     auto stride = static_cast<__u32>(shape.row_bytes) + (half ? device_.padding / 2 : device_.padding);
-    if (has(CameraFault::kWrongStride)) stride /= 2;
     const __u32 bytes = stride * static_cast<__u32>(shape.rows);
+    if (has(CameraFault::kWrongStride)) stride /= 2;
     if (p == 0 || apart) {
       result.strides.push_back(stride);
       result.bytes.push_back(bytes);
@@ -152,7 +152,7 @@ int FakeV4l2Node::set_format(v4l2_format& format, bool is_set) {
     format.fmt.pix.field = device_.field;
     format.fmt.pix.colorspace = device_.colorspace;
     format.fmt.pix.bytesperline = layout.strides[0];
-    format.fmt.pix.sizeimage = layout.bytes[0];
+    format.fmt.pix.sizeimage = layout.bytes[0] - device_.missing_image_bytes;
     return 0;
   }
   format.fmt.pix_mp = {};
@@ -178,6 +178,8 @@ int FakeV4l2Node::select(v4l2_selection& selection, bool is_set) {
   if (selection.target == V4L2_SEL_TGT_CROP) {
     if (is_set) {
       if (owner_) return EBUSY;
+      if (selection.flags != V4L2_SEL_FLAG_GE)
+        return misuse("S_SELECTION may cut off what is needed", EINVAL);
       const int left = (selection.r.left - 8) & ~7;
       const int top = (selection.r.top - 4) & ~7;
       const int right = (selection.r.left - 8 + static_cast<int>(selection.r.width) + 7) & ~7;

@@ -417,6 +417,11 @@ TEST_F(V4l2, RefusesRowsAndBuffersThatAreTooShort) {
     ASSERT_TRUE(std::holds_alternative<CameraTrouble>(started));
     EXPECT_EQ(std::get<CameraTrouble>(started).cause, CameraCause::kChanged);
     node.device().missing_bytes = 0;
+    if (!wire.multi_planar && wire.format != CameraFormat::kMjpeg) {
+      node.device().missing_image_bytes = 1;
+      EXPECT_TRUE(std::holds_alternative<CameraTrouble>(camera.start({})));
+      node.device().missing_image_bytes = 0;
+    }
     if (wire.format == CameraFormat::kMjpeg) continue;
     node.begin_fault(CameraFault::kWrongStride, 0);
     started = camera.start({});
