@@ -225,7 +225,7 @@ TEST_F(BadShow, Missing) {
 }
 
 TEST_F(BadShow, OfSourcesOfLaterVersions) {
-  for (const char* source : {"video", "live", "scene", "composite", "multiprojection"}) {
+  for (const char* source : {"video", "scene", "composite", "multiprojection"}) {
     expect_refused("\"stills\"", std::string("\"") + source + "\"",
                    {"show.toml:5: cue.0.source: ", source, "not part of this version"});
   }

@@ -33,9 +33,9 @@ struct CameraStageMaker {
   std::chrono::nanoseconds lateness{0};
   bool stamped = true;  // its pictures are FakePicture's
   std::vector<CameraFault> faults;
+  std::chrono::seconds faults_last{10};
   bool counts_drops = true;  // its sequence goes on while it has no buffer to fill
   int buffers = 0;           // that it insists on; 0: it has as many as it is asked for
-  std::chrono::seconds faults_last{10};
 };
 
 inline void PrintTo(const CameraStageMaker& maker, std::ostream* out) {
