@@ -98,7 +98,12 @@ void KmsDisplay::start(const KmsConnector& connector) {
   // Black, so that what fails fails now.
   turns_.presented();
   if (!find_mode()) refuse(trouble());
-  const int error = hand_over();
+  int error = hand_over();
+  // Whoever had the screen before may still be letting go of it.
+  for (const nanoseconds deadline = clock_.now() + 1s; error == EBUSY && clock_.now() < deadline;) {
+    clock_.sleep_until(clock_.now() + 1ms);
+    error = hand_over();
+  }
   if (error == EACCES || error == EPERM) refuse(connector_ + ": another program has the screen");
   if (error != 0) refuse(connector_ + ": " + name_of(mode) + ": " + std::strerror(error));
   if (!wait_for_flip(clock_.now() + 5s)) refuse(connector_ + ": " + name_of(mode) + ": it never flips");
