@@ -1,10 +1,12 @@
 // cupola play: a show on a display, in real time.
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "firmware/command.h"
@@ -14,6 +16,7 @@
 #include "firmware/live_frames.h"
 #include "firmware/open_cameras.h"
 #include "firmware/show_frames.h"
+#include "firmware/video_display.h"
 #include "hal/display/fake_display.h"
 #include "hal/gpio/gpiod_lines.h"
 #include "hal/time/clock.h"
@@ -44,14 +47,15 @@ class PlayCommand final : public Command {
             "warp's threads after the first frame was asked for; C libraries' own malloc is not in it.\n") {
     options().add_option("show", show_, "The show's file, or the name of one in config/shows")->required();
     options()
-        .add_option(
-            "--display", display_,
-            "auto, kms (a projector without a desktop), window, file (one PNG a frame, not in real time) "
-            "or fake (60 Hz)")
+        .add_option("--display", display_,
+                    "auto, kms (a projector without a desktop), window, file (PNGs or Y4M, not in real time) "
+                    "or fake (60 Hz)")
         ->check(CLI::IsMember({"auto", "kms", "window", "file", "fake"}))
         ->type_name("NAME");
     options().add_option("--rig", rig_, "Another rig than the show's")->type_name("FILE");
-    options().add_option("--out", out_, "The folder for --display file")->type_name("DIR");
+    options()
+        .add_option("--out", out_, "For --display file: a folder, FILE.y4m, or - for Y4M to standard output")
+        ->type_name("DIR|FILE|-");
     options()
         .add_option("--seconds", seconds_, "Play so much of the show")
         ->check(CLI::Range(0.0, 1e9))
@@ -65,7 +69,8 @@ class PlayCommand final : public Command {
   int run() override;
 
  private:
-  std::unique_ptr<Display> open_display(Clock& clock, const Show& show) const;
+  bool to_video() const { return out_ == "-" || std::filesystem::path(out_).extension() == ".y4m"; }
+  std::unique_ptr<Display> open_display(Clock& clock, const Show& show, double rate) const;
   void write_stats(const FrameLoop& loop, const GpioCounts& gpio, const LiveFrames* live, const Show& show,
                    Cpu on, int pool_threads) const;
 
@@ -95,9 +100,10 @@ bool has_projector() {
   return false;
 }
 
-std::unique_ptr<Display> PlayCommand::open_display(Clock& clock, const Show& show) const {
+std::unique_ptr<Display> PlayCommand::open_display(Clock& clock, const Show& show, double rate) const {
   const Size size = show.rig.frame.size;
   if (display_ == "fake") return std::make_unique<FakeDisplay>(clock, size.width, size.height);
+  if (display_ == "file" && to_video()) return std::make_unique<VideoDisplay>(clock, out_, size, rate);
   if (display_ == "file") return std::make_unique<FileDisplay>(clock, out_, show.name, size);
   if (display_ == "kms" || (display_ == "auto" && !has_desktop() && has_projector())) {
 #ifdef CUPOLA_KMS
@@ -191,7 +197,10 @@ void PlayCommand::write_stats(const FrameLoop& loop, const GpioCounts& gpio, con
 int PlayCommand::run() {
   const Cpu on = cpu();
   if ((display_ == "file") != !out_.empty())
-    throw InputError("play: --display file and --out DIR belong together");
+    throw InputError("play: --display file and --out belong together");
+  if (out_ == "-" && isatty(STDOUT_FILENO) == 1) {
+    throw InputError("--out -: expected a pipe or a file as standard output");
+  }
   if (fast_forward_ && display_ != "fake") throw InputError("play: --fast-forward is for --display fake");
   WorkerPool pool(threads());
   const Show what = load_show(show_, overrides(), rig_);
@@ -222,7 +231,7 @@ int PlayCommand::run() {
   }
   std::unique_ptr<Display> display;
   try {
-    display = open_display(clock, what);
+    display = open_display(clock, what, maker.rate());
   } catch (const std::runtime_error& error) {
     throw Failure(error.what());
   }
@@ -236,6 +245,7 @@ int PlayCommand::run() {
     write_stats(loop, panel ? panel->counts() : GpioCounts(), live.get(), what, on, pool.threads());
   }
   if (end == LoopEnd::kLost) throw Failure(display->trouble());
+  if (display_ == "file" && to_video()) static_cast<VideoDisplay&>(*display).finish();
   return 0;
 }
 

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 #include <optional>
 
 #include "firmware/command.h"
@@ -19,18 +18,6 @@
 
 namespace cupola {
 namespace {
-
-// 59.94 is meant as 60000/1001.
-FrameRate rational(double rate) {
-  const double thousand_and_first = rate * 1.001;
-  FrameRate result{std::llround(rate * 1000.0), 1000};
-  if (std::abs(rate - std::round(rate)) > 1e-6 &&
-      std::abs(thousand_and_first - std::round(thousand_and_first)) < 0.002) {
-    result = {std::llround(thousand_and_first) * 1000, 1001};
-  }
-  const std::int64_t common = std::gcd(result.numerator, result.denominator);
-  return {result.numerator / common, result.denominator / common};
-}
 
 // Both inclusive, counted from 0.
 struct FrameRange {
@@ -201,7 +188,7 @@ void RenderCommand::render_video(ShowFrames& frames, std::span<const std::int64_
   if (with_faces_) throw InputError("--faces: expected a folder as --out");
   if (out_ == "-" && isatty(STDOUT_FILENO) == 1)
     throw InputError("--out -: expected a pipe or a file as standard output");
-  Y4mWriter video(out_, frames.frame_size(), rational(frames.rate()));
+  Y4mWriter video(out_, frames.frame_size(), frame_rate(frames.rate()));
   ImageBuffer frame(PixelFormat::kRgbPlanar8, frames.frame_size());
   Progress progress("render", static_cast<std::int64_t>(numbers.size()));
   std::int64_t done = 0;

@@ -6,6 +6,8 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
+#include <numeric>
 
 #include "pipeline/frame/error.h"
 #include "pipeline/frame/still_formats.h"
@@ -110,6 +112,17 @@ Y4mHeader parse_y4m_header(std::string_view start, const std::string& name) {
   check_size(name, header.size.width, header.size.height);
   if (header.rate.denominator == 0) header.rate = {};
   return header;
+}
+
+FrameRate frame_rate(double rate) {
+  const double thousand_and_first = rate * 1.001;
+  FrameRate result{std::llround(rate * 1000.0), 1000};
+  if (std::abs(rate - std::round(rate)) > 1e-6 &&
+      std::abs(thousand_and_first - std::round(thousand_and_first)) < 0.002) {
+    result = {std::llround(thousand_and_first) * 1000, 1001};
+  }
+  const std::int64_t common = std::gcd(result.numerator, result.denominator);
+  return {result.numerator / common, result.denominator / common};
 }
 
 }  // namespace cupola

@@ -16,6 +16,9 @@ struct FrameRate {
   std::int64_t denominator = 1;  // seconds; 0 frames: not known
 };
 
+// 59.94 is meant as 60000/1001.
+FrameRate frame_rate(double frames_a_second);
+
 // Where a chroma sample lies between the luma samples it is for.
 enum class Siting : std::uint8_t { kBetween, kOnFirst };
 

@@ -88,6 +88,20 @@ TEST_F(Play, WritesFramesToFiles) {
   }
 }
 
+TEST_F(Play, WritesAVideoToAFileOrAPipe) {
+  EXPECT_EQ(call({"render", path("show.toml"), "--frames", "0-5", "--out", path("rendered.y4m")}).code, 0);
+  const Outcome file =
+      call({"play", path("show.toml"), "--display", "file", "--seconds", "0.1", "--out", path("played.y4m")});
+  EXPECT_EQ(file.code, 0) << file.err;
+  const Outcome pipe =
+      call({"play", path("show.toml"), "--display", "file", "--seconds", "0.1", "--out", "-"});
+  EXPECT_EQ(pipe.code, 0) << pipe.err;
+  const std::string rendered = read_text(path("rendered.y4m"));
+  EXPECT_GT(rendered.size(), 1000U);
+  EXPECT_TRUE(read_text(path("played.y4m")) == rendered);
+  EXPECT_TRUE(pipe.out == rendered);
+}
+
 TEST_F(Play, EndsOnCtrlC) {
   const nlohmann::json counts =
       stats({"--display", "fake", "--set", "cue.1.duration_s=1000"}, {.meanwhile = [](pid_t child) {
