@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -66,6 +67,16 @@ std::string grouped(std::int64_t number) {
     digits.insert(static_cast<std::size_t>(i), ",");
   }
   return digits;
+}
+
+bool is_video_name(const std::string& path) {
+  return path == "-" || std::filesystem::path(path).extension() == ".y4m";
+}
+
+void expect_pipe(const std::string& path) {
+  if (path == "-" && isatty(STDOUT_FILENO) == 1) {
+    throw InputError("--out -: expected a pipe or a file as standard output");
+  }
 }
 
 void expect_png_name(const std::string& path) {

@@ -59,6 +59,10 @@ std::unique_ptr<Command> make_bench_command(CLI::App& program);
 
 // 1234567 as "1,234,567".
 std::string grouped(std::int64_t number);
+// Whether a name for what comes out means a Y4M video: FILE.y4m, or - for standard output.
+bool is_video_name(const std::string& path);
+// Refuses - where standard output is a terminal.
+void expect_pipe(const std::string& path);
 // Refuses names of kinds of file that are not written: only PNG is.
 void expect_png_name(const std::string& path);
 

@@ -1,13 +1,12 @@
 // cupola play: a show on a display, in real time.
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "firmware/command.h"
 #include "firmware/control_panel.h"
@@ -16,12 +15,13 @@
 #include "firmware/live_frames.h"
 #include "firmware/open_cameras.h"
 #include "firmware/show_frames.h"
-#include "firmware/video_display.h"
 #include "hal/display/fake_display.h"
 #include "hal/gpio/gpiod_lines.h"
 #include "hal/time/clock.h"
 #include "pipeline/frame/atomic_file.h"
 #include "pipeline/frame/error.h"
+#include "pipeline/frame/numbered_frames.h"
+#include "pipeline/frame/y4m_writer.h"
 #ifdef CUPOLA_KMS
 #include "hal/display/kms_display.h"
 #endif
@@ -69,8 +69,9 @@ class PlayCommand final : public Command {
   int run() override;
 
  private:
-  bool to_video() const { return out_ == "-" || std::filesystem::path(out_).extension() == ".y4m"; }
-  std::unique_ptr<Display> open_display(Clock& clock, const Show& show, double rate) const;
+  // `video` is made where the frames are to go into one; it outlives the display.
+  std::unique_ptr<Display> open_display(Clock& clock, const Show& show, double rate,
+                                        std::optional<Y4mWriter>& video) const;
   void write_stats(const FrameLoop& loop, const GpioCounts& gpio, const LiveFrames* live, const Show& show,
                    Cpu on, int pool_threads) const;
 
@@ -100,11 +101,19 @@ bool has_projector() {
   return false;
 }
 
-std::unique_ptr<Display> PlayCommand::open_display(Clock& clock, const Show& show, double rate) const {
+std::unique_ptr<Display> PlayCommand::open_display(Clock& clock, const Show& show, double rate,
+                                                   std::optional<Y4mWriter>& video) const {
   const Size size = show.rig.frame.size;
   if (display_ == "fake") return std::make_unique<FakeDisplay>(clock, size.width, size.height);
-  if (display_ == "file" && to_video()) return std::make_unique<VideoDisplay>(clock, out_, size, rate);
-  if (display_ == "file") return std::make_unique<FileDisplay>(clock, out_, show.name, size);
+  if (display_ == "file" && is_video_name(out_)) {
+    video.emplace(out_, size, frame_rate(rate));
+    return std::make_unique<FileDisplay>(clock, size, [&video](const Image& frame) { video->write(frame); });
+  }
+  if (display_ == "file") {
+    return std::make_unique<FileDisplay>(clock, size,
+                                         [files = NumberedFrames(out_, show.name), count = std::int64_t{0}](
+                                             const Image& frame) mutable { files.write(count++, frame); });
+  }
   if (display_ == "kms" || (display_ == "auto" && !has_desktop() && has_projector())) {
 #ifdef CUPOLA_KMS
     const ProjectorSettings& projector = show.devices.projector;
@@ -198,9 +207,7 @@ int PlayCommand::run() {
   const Cpu on = cpu();
   if ((display_ == "file") != !out_.empty())
     throw InputError("play: --display file and --out belong together");
-  if (out_ == "-" && isatty(STDOUT_FILENO) == 1) {
-    throw InputError("--out -: expected a pipe or a file as standard output");
-  }
+  expect_pipe(out_);
   if (fast_forward_ && display_ != "fake") throw InputError("play: --fast-forward is for --display fake");
   WorkerPool pool(threads());
   const Show what = load_show(show_, overrides(), rig_);
@@ -229,9 +236,10 @@ int PlayCommand::run() {
   if ((fast_forward_ || display_ == "file") && !ends) {
     throw InputError(fmt::format("{}: the show never ends; expected --seconds N", show_));
   }
+  std::optional<Y4mWriter> video;
   std::unique_ptr<Display> display;
   try {
-    display = open_display(clock, what, maker.rate());
+    display = open_display(clock, what, maker.rate(), video);
   } catch (const std::runtime_error& error) {
     throw Failure(error.what());
   }
@@ -245,7 +253,7 @@ int PlayCommand::run() {
     write_stats(loop, panel ? panel->counts() : GpioCounts(), live.get(), what, on, pool.threads());
   }
   if (end == LoopEnd::kLost) throw Failure(display->trouble());
-  if (display_ == "file" && to_video()) static_cast<VideoDisplay&>(*display).finish();
+  if (video) video->finish();
   return 0;
 }
 

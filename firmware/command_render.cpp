@@ -1,7 +1,6 @@
 // cupola render: a show's frames into numbered files, or as one video.
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
@@ -77,7 +76,6 @@ class RenderCommand final : public Command {
   FrameRange range(const ShowFrames& frames) const;
   // The frames of this shard, in rising order.
   std::vector<std::int64_t> numbers(const FrameRange& range) const;
-  bool to_video() const { return out_ == "-" || std::filesystem::path(out_).extension() == ".y4m"; }
   void fetch(ShowFrames& frames, std::int64_t number) const;
   void render_files(ShowFrames& frames, const std::string& name, std::span<const std::int64_t> numbers,
                     WorkerPool& pool) const;
@@ -186,8 +184,7 @@ void RenderCommand::render_files(ShowFrames& frames, const std::string& name,
 
 void RenderCommand::render_video(ShowFrames& frames, std::span<const std::int64_t> numbers) const {
   if (with_faces_) throw InputError("--faces: expected a folder as --out");
-  if (out_ == "-" && isatty(STDOUT_FILENO) == 1)
-    throw InputError("--out -: expected a pipe or a file as standard output");
+  expect_pipe(out_);
   Y4mWriter video(out_, frames.frame_size(), frame_rate(frames.rate()));
   ImageBuffer frame(PixelFormat::kRgbPlanar8, frames.frame_size());
   Progress progress("render", static_cast<std::int64_t>(numbers.size()));
@@ -211,7 +208,7 @@ int RenderCommand::run() {
   ShowFrames frames(what, Method::kEwa, on, pool, with_faces_, &tables);
   warn_about(tables);
   const std::vector<std::int64_t> due = numbers(range(frames));
-  if (to_video()) {
+  if (is_video_name(out_)) {
     render_video(frames, due);
   } else {
     render_files(frames, what.name, due, pool);

@@ -3,12 +3,12 @@
 #include "firmware/file_display.h"
 
 #include <exception>
+#include <utility>
 
 namespace cupola {
 
-FileDisplay::FileDisplay(Clock& clock, const std::filesystem::path& folder, const std::string& name,
-                         Size size)
-    : clock_(clock), files_(folder, name), frame_(PixelFormat::kXrgb8888, size) {}
+FileDisplay::FileDisplay(Clock& clock, Size size, std::function<void(const Image&)> write)
+    : clock_(clock), write_(std::move(write)), frame_(PixelFormat::kXrgb8888, size) {}
 
 DisplayBuffer FileDisplay::back_buffer() noexcept {
   const MutableImage& pixels = frame_.pixels();
@@ -17,12 +17,11 @@ DisplayBuffer FileDisplay::back_buffer() noexcept {
 
 Presented FileDisplay::present(std::chrono::nanoseconds when) noexcept {
   try {
-    files_.write(count_, as_const(frame_.pixels()));
+    write_(as_const(frame_.pixels()));
   } catch (const std::exception& error) {
     trouble_ = error.what();
     return {Present::kLost, clock_.now()};
   }
-  ++count_;
   clock_.sleep_until(when);
   return {Present::kShown, clock_.now()};
 }

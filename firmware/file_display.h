@@ -1,22 +1,21 @@
-// A display that writes every frame it is given to a numbered PNG file.
+// A display whose frames go to files: numbered PNGs, a video, whatever writes them.
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <filesystem>
+#include <functional>
 #include <string>
 
 #include "hal/display/display.h"
 #include "hal/time/clock.h"
 #include "pipeline/frame/image.h"
-#include "pipeline/frame/numbered_frames.h"
 
 namespace cupola {
 
-// The first frame has the number 1. A frame that is shown again is written again. Takes frames at any time.
+// A frame that is shown again is written again. Takes frames at any time.
 class FileDisplay final : public Display {
  public:
-  // `clock` is borrowed for the display's life. Throws Failure where the folder cannot be made.
-  FileDisplay(Clock& clock, const std::filesystem::path& folder, const std::string& name, Size size);
+  // `write` may throw: then the display is lost. `clock` is borrowed for the display's life.
+  FileDisplay(Clock& clock, Size size, std::function<void(const Image&)> write);
 
   DisplayBuffer back_buffer() noexcept override;
   Presented present(std::chrono::nanoseconds when) noexcept override;
@@ -26,9 +25,8 @@ class FileDisplay final : public Display {
 
  private:
   Clock& clock_;
-  NumberedFrames files_;
+  std::function<void(const Image&)> write_;
   ImageBuffer frame_;
-  std::int64_t count_ = 0;
   std::string trouble_;
 };
 
