@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "firmware/peer.h"
+#include "pipeline/frame/srgb_curve.h"
 
 namespace cupola {
 namespace {
@@ -193,20 +194,32 @@ std::vector<StarRow> measure_stars(const std::vector<Contender>& contenders, int
     const std::vector<ImageBuffer> faces = star_faces(shape, ground / 100.0, PixelFormat::kRgbPlanar16);
     const std::vector<Image> images = images_of(faces);
     ImageBuffer frame(PixelFormat::kRgbPlanar16, shape.frame.size);
-    for (const Contender& contender : contenders) {
-      StarRow row{contender.name, ground, 0.0, 0.0, 0};
+    // With `seen`, energy is the light that a display makes of samples, not the samples' sum.
+    const auto measure = [&](const Contender& contender, const SampleSettings& samples, bool seen,
+                             const std::string& how) {
+      StarRow row{contender.name + how, ground, 0.0, 0.0, 0};
       Energies energies(shape);
+      const auto energy = [seen](double sample) { return seen ? light_of_srgb(sample) : sample; };
       for (int step = 0; step < kSteps; ++step) {
         Rig rig = moved(shape, step);
         rig.filter = contender.filter;
         rig.filter.table = TableForm::kPrecise;
-        make_frame_warp(rig, contender.method, Cpu::kScalar, pool)->warp(images, frame.pixels());
-        energies.add_step(rig, step, std::round(ground / 100.0 * 65535.0) / 65535.0, [&](int x, int y) {
-          return as_const(frame.pixels()).samples<std::uint16_t>(0, y)[x] / 65535.0;
-        });
+        rig.samples = samples;
+        make_frame_warp(rig, contender.method, best_cpu(), pool)->warp(images, frame.pixels());
+        energies.add_step(rig, step, energy(std::round(ground / 100.0 * 65535.0) / 65535.0),
+                          [&](int x, int y) {
+                            return energy(as_const(frame.pixels()).samples<std::uint16_t>(0, y)[x] / 65535.0);
+                          });
       }
       energies.summarise(row);
       rows.push_back(row);
+    };
+    for (const Contender& contender : contenders) measure(contender, {}, false, "");
+    for (const Contender& contender : {Contender{"ewa gaussian", Method::kEwa, default_gaussian()},
+                                       Contender{"ewa paper", Method::kEwa, paper_preset()},
+                                       Contender{"optimal 0.001", Method::kEwa, optimal_filter()}}) {
+      measure(contender, {}, true, ", seen as light");
+      measure(contender, {.linear_light = true}, true, " in light, seen as light");
     }
     for (const PeerFilter filter : {PeerFilter::kBilinear, PeerFilter::kLanczos4}) {
       StarRow row = peer_row(shape, filter, ground, pool);

@@ -2,13 +2,16 @@
 // SPDX-License-Identifier: MIT
 #include "firmware/bench_warp.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <functional>
 #include <memory>
 
-#include "firmware/bench_yuv.h"
+#include "firmware/bench_native.h"
+#include "firmware/bench_skipping.h"
 #include "firmware/frame_error.h"
 #include "firmware/peer.h"
 #include "hal/time/cpu_time.h"
@@ -226,10 +229,37 @@ Speed measure_speed(const Rig& rig, int rounds, bool with_error, WorkerPool& poo
   FilterSettings filter = rig.filter;
   filter.table = TableForm::kFast;
   add_table("ewa fast", filter, {Cpu::kAvx512, Cpu::kAvx2, Cpu::kSse4, Cpu::kNeon, Cpu::kScalar});
-  YuvBench yuv(rig, *tables.back(), faces, alone);
-  for (Lap& lap : yuv.laps()) laps.push_back(std::move(lap));
+  SkippingBench skipping(rig, *tables.back(), faces, map.in_image, alone);
+  for (Lap& lap : skipping.laps()) laps.push_back(std::move(lap));
+  std::vector<std::unique_ptr<NativeBench>> native;
+  for (const Cpu cpu : {Cpu::kAvx512, Cpu::kAvx2}) {
+    if (!supported(cpu)) continue;
+    native.push_back(std::make_unique<NativeBench>(rig, *tables.back(), faces, alone, cpu));
+    for (Lap& lap : native.back()->laps()) laps.push_back(std::move(lap));
+  }
   filter.table = TableForm::kPrecise;
   add_table("ewa precise", filter, {Cpu::kAvx512, Cpu::kAvx2, Cpu::kSse4, Cpu::kNeon});
+  std::vector<ImageBuffer> deep_buffers;
+  std::vector<Image> deep_faces;
+  for (const Image& face : faces) {
+    deep_buffers.emplace_back(PixelFormat::kRgbPlanar16, face.size);
+    convert(face, deep_buffers.back().pixels());
+    deep_faces.push_back(deep_buffers.back().pixels());
+  }
+  ImageBuffer deep_frame(PixelFormat::kRgbPlanar16, rig.frame.size);
+  const WarpTable& precise = *tables.back();
+  for (const Cpu cpu : {Cpu::kAvx512, Cpu::kAvx2, Cpu::kSse4, Cpu::kNeon}) {
+    if (!supported(cpu)) continue;
+    const auto add = [&](const char* name, std::span<const Image> in, ImageBuffer& out, bool light) {
+      warps.push_back(make_table_warp(precise, cpu, alone, {.linear_light = light}));
+      laps.push_back({{fmt::format("ewa precise {}, {}", name, cupola::name(cpu)), 0, 0, 0, -1, -1},
+                      [&, in, warp = warps.back().get()] { warp->warp(in, out.pixels()); },
+                      {}});
+    };
+    add("16 bits", deep_faces, deep_frame, false);
+    add("16 bits to 8, dithered", deep_faces, frame, false);
+    add("in light", faces, frame, true);
+  }
   add_table("ewa paper fast", paper_preset(), {Cpu::kAvx512, Cpu::kAvx2, Cpu::kSse4, Cpu::kNeon});
   for (const Method method :
        {Method::kEwaScan, Method::kEwaScanInteger, Method::kEwaPyramid, Method::kTwoPass, Method::kTrilinear,

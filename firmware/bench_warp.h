@@ -1,5 +1,6 @@
 // The measurements of `cupola bench warp`: time and error of every method, on the same pictures in one
-// process. SPDX-License-Identifier: MIT
+// process.
+// SPDX-License-Identifier: MIT
 #pragma once
 
 #include <cstdint>

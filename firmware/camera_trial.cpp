@@ -21,12 +21,24 @@ struct Seen {
   nanoseconds at{0};
 };
 
-void collect(CameraWatch& camera, std::vector<Seen>& seen) {
+// Looking at a picture takes milliseconds, which every frame would not leave.
+constexpr nanoseconds kBetweenLooks = std::chrono::milliseconds(500);
+
+struct Looks {
+  std::optional<PictureFacts> facts;
+  nanoseconds next{0};
+};
+
+void collect(CameraWatch& camera, std::vector<Seen>& seen, Looks& looks) {
   CameraFrame frame;
   for (;;) {
     switch (camera.poll(frame)) {
       case CameraWatch::Poll::kFrame:
         seen.push_back({frame.sequence, frame.captured_at});
+        if (frame.captured_at >= looks.next) {
+          looks.next = frame.captured_at + kBetweenLooks;
+          if (const auto facts = look_at(frame, camera.mode())) looks.facts = facts;
+        }
         camera.give_back(frame);
         break;
       case CameraWatch::Poll::kBack:
@@ -81,12 +93,13 @@ void measure_offset(const std::vector<Seen>& first, const std::vector<Seen>& oth
 
 std::vector<TrialResult> try_cameras(std::span<CameraWatch* const> cameras, Clock& clock, nanoseconds time) {
   std::vector<std::vector<Seen>> seen(cameras.size());
+  std::vector<Looks> looks(cameras.size());
   std::vector<int> descriptors(cameras.size());
   const nanoseconds end = clock.now() + time;
   do {
     nanoseconds until = end;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
-      collect(*cameras[i], seen[i]);
+      collect(*cameras[i], seen[i], looks[i]);
       descriptors[i] = cameras[i]->descriptor();
       until = std::min(until, cameras[i]->deadline());
     }
@@ -99,6 +112,7 @@ std::vector<TrialResult> try_cameras(std::span<CameraWatch* const> cameras, Cloc
     result.counts = camera.counts();
     if (result.counts.starts > 0) result.mode = camera.mode();
     if (result.counts.losses + result.counts.failed_starts > 0) result.trouble = camera.trouble();
+    result.picture = looks[i].facts;
     measure_pace(seen[i], result);
     if (i > 0) measure_offset(seen[0], seen[i], result);
   }

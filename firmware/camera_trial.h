@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/camera_picture.h"
 #include "hal/camera/camera_watch.h"
 #include "hal/time/clock.h"
 
@@ -20,6 +21,7 @@ struct TrialResult {
   double rate = 0.0;                     // frames a second by their timestamps; 0 with fewer than two frames
   double jitter_ms = 0.0;     // standard deviation of the time between frames that follow each other
   double worst_gap_ms = 0.0;  // the longest time between two frames
+  std::optional<PictureFacts> picture;  // of the last frame that was looked at: one in half a second
   // Against the first camera: median over its frames of (nearest frame of this one - it). None without frames
   // of both.
   std::optional<double> offset_ms;

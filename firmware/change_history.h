@@ -1,5 +1,6 @@
 // What changed in the faces over the last frames, so that a buffer that holds an older frame can be brought
-// up to date. SPDX-License-Identifier: MIT
+// up to date.
+// SPDX-License-Identifier: MIT
 #pragma once
 
 #include <array>
@@ -13,7 +14,7 @@ namespace cupola {
 // Allocates when made only.
 class ChangeHistory {
  public:
-  static constexpr int kFrames = 4;
+  static constexpr int kFrames = 8;
 
   explicit ChangeHistory(std::span<const Size> faces);
 

@@ -79,10 +79,21 @@ void expect_pipe(const std::string& path) {
   }
 }
 
-void expect_png_name(const std::string& path) {
+static std::string lower_ending(const std::string& path) {
   std::string ending = std::filesystem::path(path).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return std::tolower(c); });
+  return ending;
+}
+
+StillFormat format_by_name(const std::string& path) {
+  if (lower_ending(path) == ".exr") return StillFormat::kExr;
+  expect_png_name(path);
+  return StillFormat::kPng;
+}
+
+void expect_png_name(const std::string& path) {
+  const std::string ending = lower_ending(path);
   for (const std::string_view other : {".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".bmp", ".ppm", ".webp"}) {
     if (ending == other)
       throw InputError(path + ": expected a name that ends in .png: pictures are written as PNG");

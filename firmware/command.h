@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pipeline/frame/image.h"
+#include "pipeline/frame/still.h"
 #include "pipeline/warp/cpu.h"
 #include "pipeline/warp/table_cache.h"
 
@@ -54,7 +55,9 @@ std::unique_ptr<Command> make_render_command(CLI::App& program);
 std::unique_ptr<Command> make_play_command(CLI::App& program);
 std::unique_ptr<Command> make_table_command(CLI::App& program);
 std::unique_ptr<Command> make_check_command(CLI::App& program);
+std::unique_ptr<Command> make_calibrate_command(CLI::App& program);
 std::unique_ptr<Command> make_devices_command(CLI::App& program);
+std::unique_ptr<Command> make_status_command(CLI::App& program);
 std::unique_ptr<Command> make_bench_command(CLI::App& program);
 
 // 1234567 as "1,234,567".
@@ -63,7 +66,8 @@ std::string grouped(std::int64_t number);
 bool is_video_name(const std::string& path);
 // Refuses - where standard output is a terminal.
 void expect_pipe(const std::string& path);
-// Refuses names of kinds of file that are not written: only PNG is.
+// Refuses names of kinds of file that are not written.
 void expect_png_name(const std::string& path);
+StillFormat format_by_name(const std::string& path);  // EXR by its ending; else PNG
 
 }  // namespace cupola

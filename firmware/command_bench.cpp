@@ -1,4 +1,4 @@
-// cupola bench warp: time beside error, for the filter's settings, the methods and the instruction sets.
+// cupola bench: time beside error of the warp, and what a live show takes.
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "firmware/bench_live.h"
+#include "firmware/bench_play.h"
 #include "firmware/bench_prior.h"
 #include "firmware/bench_stars.h"
 #include "firmware/bench_warp.h"
@@ -26,11 +28,13 @@ class BenchCommand final : public Command {
                 "  cupola bench warp --rig domemaster-4k-5 --face-size 2048 --only speed\n"
                 "  cupola bench warp --json figures.json\n"
                 "  cupola bench warp --only quality --pareto out/pareto\n"
+                "  cupola bench live --seconds 30\n"
+                "  cupola bench play --set machine.priority=50\n"
                 "  cupola bench prior PANORAMA.png ...\n") {
     options()
         .add_option("what", what_, "What to measure")
         ->required()
-        ->check(CLI::IsMember({"warp", "prior"}));
+        ->check(CLI::IsMember({"warp", "live", "play", "prior"}));
     options()
         .add_option("photographs", photographs_, "prior: PNG, JPEG or TIFF files")
         ->check(CLI::ExistingFile);
@@ -49,6 +53,9 @@ class BenchCommand final : public Command {
         .add_option("--pareto", pareto_,
                     "Write quality's figures as NAME.csv and plot them: NAME.svg, NAME.png")
         ->type_name("NAME");
+    options()
+        .add_option("--seconds", seconds_, "live, play: how long each case is played, in real time")
+        ->check(CLI::Range(1.0, 3600.0));
     options().add_option("--json", json_, "Write the figures too")->type_name("FILE");
   }
 
@@ -58,6 +65,8 @@ class BenchCommand final : public Command {
   nlohmann::json report_speed(WorkerPool& pool) const;
   nlohmann::json report_quality(WorkerPool& pool) const;
   nlohmann::json report_stars(WorkerPool& pool) const;
+  nlohmann::json report_live(WorkerPool& pool) const;
+  nlohmann::json report_play(WorkerPool& pool) const;
   nlohmann::json report_prior() const;
 
   std::string what_;
@@ -66,6 +75,7 @@ class BenchCommand final : public Command {
   int face_size_ = 1024;
   int rounds_ = 25;
   int circle_ = 983;
+  double seconds_ = 10.0;
   std::string only_;
   std::string pareto_;
   std::string json_;
@@ -179,6 +189,111 @@ nlohmann::json BenchCommand::report_stars(WorkerPool& pool) const {
   return rows;
 }
 
+nlohmann::json BenchCommand::report_live(WorkerPool& pool) const {
+  struct Case {
+    int width, height;
+    double rate;
+  };
+  const Rig rig = load_named_rig(rig_, overrides());
+  fmt::print(
+      "{}: {} x {} at 60 Hz from {} NV12 cameras, {} threads, {:g} s each, in real time\n"
+      "times in ms: median, 99 %, 99.9 %, longest\n",
+      rig.file.string(), rig.frame.size.width, rig.frame.size.height, rig.views.size(), pool.threads(),
+      seconds_);
+  nlohmann::json rows = nlohmann::json::array();
+  for (const Case& each : {Case{1280, 720, 60.0}, Case{1920, 1080, 30.0}}) {
+    PacedCameraDevice camera;
+    camera.width = each.width;
+    camera.height = each.height;
+    camera.rate = each.rate;
+    camera.jitter = std::chrono::milliseconds(1);
+    camera.latency = std::chrono::milliseconds(4);
+    const auto time = std::chrono::nanoseconds(std::llround(seconds_ * 1e9));
+    const LiveBench bench = measure_live(rig, camera, time, cpu(), pool);
+    const auto four = [](const Percentiles& times) {
+      return fmt::format("{:.2f} {:.2f} {:.2f} {:.2f}", times.at(0.5), times.at(0.99), times.at(0.999),
+                         times.at(1.0));
+    };
+    fmt::print(
+        "{} x {} at {:g}: latency {}, warp {} ({:.0f} % of a period at 99 %), {} frames, {} late, {} "
+        "dropped, "
+        "{} of {} sets whole, {} bytes copied, {} allocations\n",
+        each.width, each.height, each.rate, four(bench.latency_ms), four(bench.warp_ms),
+        100.0 * bench.warp_ms.at(0.99) / bench.period_ms, bench.counts.frames_presented,
+        bench.counts.frames_late, bench.counts.frames_dropped, bench.whole_sets, bench.sets,
+        bench.bytes_copied, bench.counts.heap_allocations);
+    const auto shares = [](const Percentiles& times) {
+      return nlohmann::json{{"median", times.at(0.5)},
+                            {"p99", times.at(0.99)},
+                            {"p99_9", times.at(0.999)},
+                            {"max", times.at(1.0)}};
+    };
+    rows.push_back({{"texels", {each.width, each.height}},
+                    {"rate", each.rate},
+                    {"latency_ms", shares(bench.latency_ms)},
+                    {"warp_ms", shares(bench.warp_ms)},
+                    {"frames_presented", bench.counts.frames_presented},
+                    {"frames_late", bench.counts.frames_late},
+                    {"frames_dropped", bench.counts.frames_dropped},
+                    {"camera_frames_dropped", bench.frames_dropped},
+                    {"sets", bench.sets},
+                    {"whole_sets", bench.whole_sets},
+                    {"pixel_bytes_copied", bench.bytes_copied},
+                    {"heap_allocations", bench.counts.heap_allocations}});
+  }
+  return rows;
+}
+
+nlohmann::json BenchCommand::report_play(WorkerPool& pool) const {
+  struct Case {
+    const char* rig;
+    int face;
+    double rate;
+    bool whole;
+  };
+  fmt::print(
+      "the show demo in real time, {} threads, {:g} s each; work of a frame in per cent of the period: "
+      "median, "
+      "99 %, 99.9 %, longest\n",
+      pool.threads(), seconds_);
+  TableCache tables{cache_folder()};
+  nlohmann::json rows = nlohmann::json::array();
+  for (const Case& each :
+       {Case{"omnimax", 1024, 60.0, false}, Case{"omnimax", 1024, 60.0, true},
+        Case{"domemaster-4k-5", 2048, 30.0, false}, Case{"domemaster-4k-5", 2048, 30.0, true}}) {
+    std::vector<std::string> lines = {fmt::format("cue.0.face_size=[{0}, {0}]", each.face),
+                                      fmt::format("cue.0.rate={:.1f}", each.rate), "cue.0.loop=true",
+                                      "cue.0.duration_s=1e6"};
+    lines.insert(lines.end(), overrides().begin(), overrides().end());
+    const Show show = load_show("demo", lines, each.rig);
+    const auto time = std::chrono::nanoseconds(std::llround(seconds_ * 1e9));
+    const PlayBench bench = measure_play(show, time, each.whole, cpu(), pool, &tables);
+    const auto share = [&](double of) { return 100.0 * bench.work_ms.at(of) / bench.period_ms; };
+    fmt::print(
+        "{} x {} from {} faces of {} x {} at {:g} Hz, {}: {:.0f} {:.0f} {:.0f} {:.0f} %, {} frames, {} late, "
+        "{} "
+        "dropped, {} allocations\n",
+        show.rig.frame.size.width, show.rig.frame.size.height, show.rig.views.size(), each.face, each.face,
+        each.rate, each.whole ? "every pixel" : "what moves", share(0.5), share(0.99), share(0.999),
+        share(1.0), bench.counts.frames_presented, bench.counts.frames_late, bench.counts.frames_dropped,
+        bench.counts.heap_allocations);
+    rows.push_back({{"rig", each.rig},
+                    {"rate", each.rate},
+                    {"every_pixel", each.whole},
+                    {"period_ms", bench.period_ms},
+                    {"work_ms",
+                     {{"median", bench.work_ms.at(0.5)},
+                      {"p99", bench.work_ms.at(0.99)},
+                      {"p99_9", bench.work_ms.at(0.999)},
+                      {"max", bench.work_ms.at(1.0)}}},
+                    {"frames_presented", bench.counts.frames_presented},
+                    {"frames_late", bench.counts.frames_late},
+                    {"frames_dropped", bench.counts.frames_dropped},
+                    {"heap_allocations", bench.counts.heap_allocations}});
+  }
+  return rows;
+}
+
 nlohmann::json BenchCommand::report_prior() const {
   if (photographs_.empty()) throw InputError("bench prior: expected photographs to fit to");
   const PriorFit fit = fit_prior(photographs_);
@@ -198,6 +313,8 @@ int BenchCommand::run() {
   const auto wanted = [&](std::string_view part) {
     return what_ == "warp" && (only_.empty() || only_ == part);
   };
+  if (what_ == "live") figures["live"] = report_live(pool);
+  if (what_ == "play") figures["play"] = report_play(pool);
   if (what_ == "prior") figures["prior"] = report_prior();
   if (wanted("speed")) figures["speed"] = report_speed(pool);
   if (wanted("quality")) figures["quality"] = report_quality(pool);

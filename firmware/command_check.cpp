@@ -5,6 +5,9 @@
 #include <cstdio>
 
 #include "firmware/command.h"
+#include "firmware/cue_trial.h"
+#include "firmware/open_sound.h"
+#include "firmware/parallax_report.h"
 #include "firmware/rig_trial.h"
 #include "firmware/show.h"
 #include "pipeline/frame/error.h"
@@ -15,24 +18,29 @@ namespace {
 class CheckCommand final : public Command {
  public:
   explicit CheckCommand(CLI::App& program)
-      : Command(program, "check", "Check a show and every file it names, or a rig and every device in it",
+      : Command(program, "check",
+                "Check a show, every file it names and whether this machine holds its rate, or a rig and "
+                "every device "
+                "in it",
                 "  cupola check demo\n"
                 "  cupola check --rig my-dome.toml\n") {
     options().add_option("show", show_, "The show's file, or the name of one in config/shows");
     options()
         .add_option("--rig", rig_, "A rig; together with a show, instead of the show's own")
         ->type_name("FILE");
+    offer_cache();
   }
 
   int run() override;
 
  private:
-  void check_show(std::vector<std::string>& errors) const;
+  void check_show(std::vector<std::string>& errors);
+  void try_cues(const Show& show, WorkerPool& pool, std::vector<std::string>& errors);
   void check_rig(std::vector<std::string>& errors);
 
   std::string show_;
   std::string rig_;
-  std::vector<std::string> troubles_;  // of the rig's devices
+  std::vector<std::string> troubles_;  // of the rig's devices; cues that are too slow
 };
 
 void describe(const Rig& rig) {
@@ -42,40 +50,91 @@ void describe(const Rig& rig) {
              views);
 }
 
-void CheckCommand::check_rig(std::vector<std::string>& errors) {
+// How several sensors make one picture; nothing where it is left to them.
+void print_colours(const RigDevices& devices) {
+  std::string locked;
+  for (const RigCamera& camera : devices.cameras) {
+    if (!camera.colour) continue;
+    locked += fmt::format(" {} ({:.3f} {:.3f} {:.3f})", camera.view, camera.colour->gain[0],
+                          camera.colour->gain[1], camera.colour->gain[2]);
+  }
+  if (devices.match_colours) fmt::print("colours: matched, slowly\n");
+  if (!locked.empty()) fmt::print("colours: locked:{}\n", locked);
+}
+
+// The cue's sound: opened, a line about it, or what is wrong with it.
+void check_sound(const Cue& cue, const Rig& rig, bool readable, std::vector<std::string>& errors) {
+  if (cue.sound.empty()) return;
+  constexpr int kRate = 48000;
   try {
-    const Rig rig = load_named_rig(rig_, overrides());
-    const RigDevices devices = load_rig_devices(rig.file, overrides());
-    describe(rig);
-    troubles_ = try_rig(devices, rig.frame.size);
+    const std::unique_ptr<SoundTrack> track = open_cue_sound(cue, rig, kRate, 0);
+    if (!readable) return;
+    fmt::print("cue {}: sound of {} channels, {:.1f} s\n", cue.name, track->file_channels(),
+               static_cast<double>(track->length()) / kRate);
   } catch (const InputError& error) {
-    errors.emplace_back(error.what());
+    errors.emplace_back(fmt::format("cue {}: {}", cue.name, error.what()));
   }
 }
 
-void CheckCommand::check_show(std::vector<std::string>& errors) const {
+void CheckCommand::check_rig(std::vector<std::string>& errors) {
+  SettingsErrors wrong;
+  try {
+    const Rig rig = load_named_rig(rig_, overrides(), &wrong);
+    const RigDevices devices = load_rig_devices(rig.file, overrides(), &wrong);
+    if (wrong.lines().empty()) {
+      describe(rig);
+      print_parallax(rig, devices.cameras);
+      print_colours(devices);
+      troubles_ = try_rig(devices, rig.frame.size);
+    }
+  } catch (const InputError& error) {
+    errors.emplace_back(error.what());
+  }
+  const std::vector<std::string> lines = wrong.lines();
+  errors.insert(errors.begin(), lines.begin(), lines.end());
+}
+
+void CheckCommand::check_show(std::vector<std::string>& errors) {
   WorkerPool pool(threads());
-  const Show show = load_show(show_, overrides(), rig_, &errors);
+  SettingsErrors wrong;
+  Show show;
+  try {
+    show = load_show(show_, overrides(), rig_, &wrong);
+  } catch (const InputError& error) {
+    errors.emplace_back(error.what());
+    return;
+  }
+  errors = wrong.lines();
   if (show.rig.views.empty()) return;  // nothing can be opened without the rig
+  if (errors.empty()) describe(show.rig);
+  try_cues(show, pool, errors);
+}
+
+void CheckCommand::try_cues(const Show& show, WorkerPool& pool, std::vector<std::string>& errors) {
   const bool readable = errors.empty();
-  if (readable) describe(show.rig);
+  TableCache tables = cache();
+  CueTrials trials(show.rig, cpu(), pool, &tables);
   for (const Cue& cue : show.cues) {
-    if (cue.file.empty() && cue.world.empty()) continue;  // was reported
+    if (cue.file.empty() && cue.world.empty()) continue;  // was reported, or is live
     try {
-      const std::unique_ptr<FaceSource> source = open_source(cue, show.rig, pool);
-      Rig rig = show.rig;
-      fit_faces(rig, cue, *source);
-      const std::optional<std::int64_t> length = source->length();
-      if (readable) {
-        const std::string lasts = cue.duration_s        ? fmt::format("{} s", *cue.duration_s)
-                                  : length && !cue.loop ? grouped(*length) + " frames"
-                                                        : "endless";
-        fmt::print("cue {}: {}, {} a second\n", cue.name, lasts, cue.rate);
+      const CueTrial trial = trials.run(cue);
+      for (const std::string& fault : trial.faults)
+        errors.push_back(fmt::format("cue {}: {}", cue.name, fault));
+      if (!readable || !trial.faults.empty()) continue;
+      const std::string line = fmt::format("cue {}: {}, {}", cue.name, trial.length, prediction(trial.cost));
+      if (holds(trial.cost)) {
+        fmt::print("{}\n", line);
+      } else {
+        troubles_.push_back(line);
       }
     } catch (const InputError& error) {
       errors.emplace_back(fmt::format("cue {}: {}", cue.name, error.what()));
     }
+    check_sound(cue, show.rig, readable, errors);
   }
+  if (readable && tables.found() + tables.built() > 0)
+    fmt::print("warp tables: {} from the cache, {} built\n", tables.found(), tables.built());
+  warn_about(tables);
 }
 
 int CheckCommand::run() {

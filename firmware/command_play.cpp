@@ -2,32 +2,33 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <tuple>
 
 #include "firmware/command.h"
 #include "firmware/control_panel.h"
-#include "firmware/file_display.h"
+#include "firmware/control_server.h"
 #include "firmware/frame_loop.h"
+#include "firmware/heap_count.h"
 #include "firmware/live_frames.h"
 #include "firmware/open_cameras.h"
+#include "firmware/open_display.h"
+#include "firmware/open_sound.h"
+#include "firmware/osc_server.h"
+#include "firmware/play_report.h"
+#include "firmware/player_watch.h"
+#include "firmware/resume_show.h"
 #include "firmware/show_frames.h"
-#include "hal/display/fake_display.h"
+#include "firmware/sound_text.h"
 #include "hal/gpio/gpiod_lines.h"
 #include "hal/time/clock.h"
 #include "pipeline/frame/atomic_file.h"
 #include "pipeline/frame/error.h"
-#include "pipeline/frame/numbered_frames.h"
 #include "pipeline/frame/y4m_writer.h"
-#ifdef CUPOLA_KMS
-#include "hal/display/kms_display.h"
-#endif
-#ifdef CUPOLA_WINDOW
-#include "hal/display/window_display.h"
-#endif
 
 namespace cupola {
 namespace {
@@ -42,7 +43,11 @@ class PlayCommand final : public Command {
             "  cupola play demo --display fake --seconds 60 --stats stats.json\n"
             "  cupola play demo --display file --out frames --seconds 2\n"
             "\n"
-            "In a window, F fills the screen, Esc and q end the show.\n"
+            "In a window, F fills the screen, Esc and q end the show; space pauses it, g goes on where it\n"
+            "waits, n and the right arrow go to the next cue, p and the left arrow to the one before, b\n"
+            "darkens it, f fades it out and in, + and - change the volume, t lays the next test pattern over "
+            "it\n"
+            "and takes the last one off, s writes a screenshot, r reads the show again.\n"
             "In the stats, heap_allocations counts calls of operator new by the frame loop's thread and the\n"
             "warp's threads after the first frame was asked for; C libraries' own malloc is not in it.\n") {
     options().add_option("show", show_, "The show's file, or the name of one in config/shows")->required();
@@ -61,19 +66,46 @@ class PlayCommand final : public Command {
         ->check(CLI::Range(0.0, 1e9))
         ->type_name("N");
     options().add_option("--stats", stats_, "Write what was counted as JSON")->type_name("FILE");
+    options()
+        .add_option("--trace", trace_,
+                    "Write what the frame loop did in the last minute, for ui.perfetto.dev, when it ends")
+        ->type_name("FILE");
     options().add_flag("--fast-forward", fast_forward_,
                        "Do not wait for the time of a frame (fake display only)");
+    options()
+        .add_option("--http", http_,
+                    "Let a browser control the show; without a token 127.0.0.1:8080 or the like")
+        ->type_name("ADDRESS:PORT");
+    options()
+        .add_option("--osc", osc_, "Take OSC messages over UDP; without a token 127.0.0.1:9000 or the like")
+        ->type_name("ADDRESS:PORT");
+    options()
+        .add_option("--token-file", token_file_, "The file whose first line others must know")
+        ->type_name("FILE");
+    options()
+        .add_option("--record", recordings_.record,
+                    "Write what live cameras send into a folder, a file VIEW.camera each")
+        ->type_name("DIR");
+    options()
+        .add_option("--replay", recordings_.replay, "Play a folder that --record wrote, as if it were live")
+        ->type_name("DIR");
+    options()
+        .add_option("--resume", resume_,
+                    "Keep the show's position in this file; where it is there already, go on where the show "
+                    "would be by now")
+        ->type_name("FILE");
     offer_cache();
   }
 
   int run() override;
 
  private:
-  // `video` is made where the frames are to go into one; it outlives the display.
-  std::unique_ptr<Display> open_display(Clock& clock, const Show& show, double rate,
-                                        std::optional<Y4mWriter>& video) const;
-  void write_stats(const FrameLoop& loop, const GpioCounts& gpio, const LiveFrames* live, const Show& show,
-                   Cpu on, int pool_threads) const;
+  void check_options() const;
+  void check(const Show& show) const;
+  ControlSettings control(const Show& show) const;
+  // Of `live` and `frames` there is one. None: for ever, which a display without time of its own refuses.
+  std::optional<std::chrono::nanoseconds> time_to_play(const Show& show, const ShowFrames* frames) const;
+  bool in_real_time() const { return !fast_forward_ && display_ != "file"; }
 
   std::string show_;
   std::string rig_;
@@ -81,177 +113,179 @@ class PlayCommand final : public Command {
   std::string out_;
   double seconds_ = 0.0;
   std::string stats_;
+  std::string trace_;
+  std::string resume_;
+  std::string http_;
+  std::string osc_;
+  std::string token_file_;
+  CameraRecordings recordings_;
   bool fast_forward_ = false;
 };
 
-bool has_desktop() {
-  for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY"}) {
-    const char* value = std::getenv(name);
-    if (value && *value) return true;
+// The show's, and what the command line says instead.
+ControlSettings PlayCommand::control(const Show& show) const {
+  ControlSettings control = show.control;
+  if (!token_file_.empty()) control.token_file = token_file_;
+  for (const auto& [option, text, listened] :
+       {std::tuple("--http", &http_, &control.http), std::tuple("--osc", &osc_, &control.osc)}) {
+    if (text->empty()) continue;
+    try {
+      *listened = parse_control_address(*text);
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("{} {}", option, error.what()));
+    }
+    if (!(*listened)->loopback && control.token_file.empty()) {
+      throw InputError(fmt::format("{} {}: expected --token-file FILE with an address that others can reach",
+                                   option, *text));
+    }
   }
-  return false;
+  return control;
 }
 
-bool has_projector() {
-#ifdef CUPOLA_KMS
-  for (const KmsCard& card : list_kms_cards()) {
-    if (choose_kms_connector(card.connectors, "")) return true;
-  }
-#endif
-  return false;
-}
-
-std::unique_ptr<Display> PlayCommand::open_display(Clock& clock, const Show& show, double rate,
-                                                   std::optional<Y4mWriter>& video) const {
-  const Size size = show.rig.frame.size;
-  if (display_ == "fake") return std::make_unique<FakeDisplay>(clock, size.width, size.height);
-  if (display_ == "file" && is_video_name(out_)) {
-    video.emplace(out_, size, frame_rate(rate));
-    return std::make_unique<FileDisplay>(clock, size, [&video](const Image& frame) { video->write(frame); });
-  }
-  if (display_ == "file") {
-    return std::make_unique<FileDisplay>(clock, size,
-                                         [files = NumberedFrames(out_, show.name), count = std::int64_t{0}](
-                                             const Image& frame) mutable { files.write(count++, frame); });
-  }
-  if (display_ == "kms" || (display_ == "auto" && !has_desktop() && has_projector())) {
-#ifdef CUPOLA_KMS
-    const ProjectorSettings& projector = show.devices.projector;
-    const KmsSettings settings{projector.connector, projector.mode, projector.card, KmsMemoryKind::kDumb};
-    return std::make_unique<KmsDisplay>(clock, settings, size.width, size.height);
-#else
-    throw Failure("play: this program was built without KMS");
-#endif
-  }
-  if (display_ == "auto" && !has_desktop()) {
-    throw Failure(
-        "play: there is no desktop and no projector; expected --display file with --out DIR, or --display "
-        "fake");
-  }
-#ifdef CUPOLA_WINDOW
-  return std::make_unique<WindowDisplay>(clock, "Cupola: " + show.name, size.width, size.height);
-#else
-  throw Failure("play: this program was built without windows");
-#endif
-}
-
-nlohmann::ordered_json live_stats(const LiveFrames& live) {
-  std::vector<double> latencies = live.latencies_ms();
-  std::sort(latencies.begin(), latencies.end());
-  const auto share = [&](double part) {
-    return latencies.empty()
-               ? 0.0
-               : latencies[static_cast<std::size_t>(part * static_cast<double>(latencies.size() - 1))];
-  };
-  const RigSync& sync = live.faces().sync();
-  nlohmann::ordered_json stats = {{"sets", sync.counts().sets},
-                                  {"whole_sets", sync.counts().whole},
-                                  {"frames_passed_over", sync.counts().passed_over},
-                                  {"latency_ms_median", share(0.5)},
-                                  {"latency_ms_p99", share(0.99)},
-                                  {"latency_ms_max", share(1.0)},
-                                  {"cameras", nlohmann::ordered_json::array()}};
-  for (std::size_t c = 0; c < live.cameras().size(); ++c) {
-    const CameraCounts& counts = live.watch(c).counts();
-    stats["cameras"].push_back({{"view", live.cameras()[c].settings.view},
-                                {"frames", counts.frames},
-                                {"dropped", counts.dropped},
-                                {"damaged", counts.damaged},
-                                {"losses", counts.losses},
-                                {"silences", counts.silences},
-                                {"clock_steps", counts.clock_steps}});
-  }
-  return stats;
-}
-
-void PlayCommand::write_stats(const FrameLoop& loop, const GpioCounts& gpio, const LiveFrames* live,
-                              const Show& show, Cpu on, int pool_threads) const {
-  const LoopCounts& counts = loop.counts();
-  std::vector<double> times = loop.warp_ms();
-  std::sort(times.begin(), times.end());
-  const auto share = [&](double part) {
-    return times.empty() ? 0.0
-                         : times[static_cast<std::size_t>(part * static_cast<double>(times.size() - 1))];
-  };
-  nlohmann::ordered_json stats = {
-      {"frames_presented", counts.frames_presented},
-      {"frames_late", counts.frames_late},
-      {"frames_dropped", counts.frames_dropped},
-      {"frames_unshown", counts.frames_unshown},
-      {"display_losses", counts.display_losses},
-      {"frames_unchanged", counts.frames_unchanged},
-      {"tiles_warped", counts.tiles_warped},
-      {"tiles_skipped", counts.tiles_skipped},
-      {"frames_failed", counts.frames_failed},
-      {"blackout_frames", counts.blackout_frames},
-      {"gpio_edges", gpio.edges},
-      {"gpio_losses", gpio.losses},
-      {"gpio_returns", gpio.returns},
-      {"heap_allocations", counts.heap_allocations},
-      {"heap_allocations_elsewhere", counts.heap_allocations_elsewhere},
-      {"pixel_bytes_copied", counts.pixel_bytes_copied + (live ? live->pixel_bytes_copied() : 0)},
-      {"warp_ms_median", share(0.5)},
-      {"warp_ms_p99_9", share(0.999)},
-      {"warp_ms_max", share(1.0)},
-      {"show", show.name},
-      {"display", display_},
-      {"cpu", name(on)},
-      {"threads", pool_threads}};
-  if (live) stats["live"] = live_stats(*live);
-  AtomicFile file(stats_);
-  file.write(stats.dump(2) + "\n");
-  file.commit();
-}
-
-int PlayCommand::run() {
-  const Cpu on = cpu();
+void PlayCommand::check_options() const {
   if ((display_ == "file") != !out_.empty())
     throw InputError("play: --display file and --out belong together");
   expect_pipe(out_);
   if (fast_forward_ && display_ != "fake") throw InputError("play: --fast-forward is for --display fake");
+  if (!resume_.empty() && !in_real_time()) throw InputError("play: --resume is for a show in real time");
+}
+
+std::optional<std::chrono::nanoseconds> PlayCommand::time_to_play(const Show& show,
+                                                                  const ShowFrames* frames) const {
+  std::optional<double> seconds;
+  if (show.live()) seconds = show.cues.front().duration_s;
+  if (seconds_ > 0.0) seconds = seconds_;
+  if (!in_real_time() && !seconds && !(frames && frames->timeline().length())) {
+    throw InputError(fmt::format("{}: the show never ends; expected --seconds N", show_));
+  }
+  if (!seconds) return std::nullopt;
+  return std::chrono::nanoseconds(std::llround(*seconds * 1e9));
+}
+
+// What a show and a command line ask for must go together before anything opens.
+void PlayCommand::check(const Show& show) const {
+  if (!show.live() && !(recordings_.record.empty() && recordings_.replay.empty())) {
+    throw InputError("play: --record and --replay are for live shows");
+  }
+  if (show.live() && show.rig.budget_ms) {
+    throw InputError(fmt::format("{}: filter.budget_ms: expected a preset or a kernel where the show is live",
+                                 show.rig.file.string()));
+  }
+}
+
+int PlayCommand::run() {
+  check_options();
+  const Cpu on = cpu();
   WorkerPool pool(threads());
   const Show what = load_show(show_, overrides(), rig_);
+  check(what);
+  const ControlSettings who = control(what);
+  const std::string token = who.token_file.empty() ? "" : read_token(who.token_file);
+
   MonotonicClock real;
   FakeClock fake;
-  Clock& clock = fast_forward_ || display_ == "file" ? static_cast<Clock&>(fake) : static_cast<Clock&>(real);
+  Clock& clock = in_real_time() ? static_cast<Clock&>(real) : fake;
   CameraDrivers drivers;
   std::unique_ptr<LiveFrames> live;
   std::unique_ptr<ShowFrames> frames;
+  TableCache tables = cache();
   if (what.live()) {
-    live = std::make_unique<LiveFrames>(
-        what.rig, drivers.open(what.devices.cameras, clock, &clock == &fake ? &fake : nullptr),
-        what.devices.sync, on, pool, clock);
+    auto cameras = drivers.open(what.devices.cameras, clock, in_real_time() ? nullptr : &fake, recordings_);
+    live = std::make_unique<LiveFrames>(what.rig, std::move(cameras), what.devices.sync, on, pool, clock,
+                                        &tables, what.devices.match_colours);
   } else {
-    TableCache tables = cache();
-    frames = std::make_unique<ShowFrames>(what, Method::kEwa, on, pool, false, &tables);
-    warn_about(tables);
+    frames = std::make_unique<ShowFrames>(what, Method::kEwa, on, pool, false, &tables,
+                                          in_real_time() ? Decoding::kAhead : Decoding::kAheadInStep);
   }
+  warn_about(tables);
   FrameMaker& maker = live ? static_cast<FrameMaker&>(*live) : *frames;
-  std::optional<std::chrono::nanoseconds> time;
-  if (seconds_ > 0.0) time = std::chrono::nanoseconds(std::llround(seconds_ * 1e9));
-  if (live && !time && what.cues.front().duration_s) {
-    time = std::chrono::nanoseconds(std::llround(*what.cues.front().duration_s * 1e9));
-  }
-  const bool ends = time || (frames && frames->timeline().length());
-  if ((fast_forward_ || display_ == "file") && !ends) {
-    throw InputError(fmt::format("{}: the show never ends; expected --seconds N", show_));
-  }
+  const std::optional<std::chrono::nanoseconds> time = time_to_play(what, frames.get());
+
+  ControlLink link;
   std::optional<Y4mWriter> video;
   std::unique_ptr<Display> display;
   try {
-    display = open_display(clock, what, maker.rate(), video);
+    display = open_display(display_, out_, clock, what, maker.rate(), video, link.commands);
   } catch (const std::runtime_error& error) {
     throw Failure(error.what());
   }
   // Buttons and lamps live in real time.
   const std::unique_ptr<Gpio> gpio = make_gpiod_lines(real);
   std::optional<ControlPanel> panel;
-  if (&clock == &real && !what.devices.gpio.empty()) panel.emplace(what.devices.gpio, *gpio, real);
-  FrameLoop loop(maker, *display, clock, pool, panel ? &*panel : nullptr);
-  const LoopEnd end = loop.run(time);
-  if (!stats_.empty()) {
-    write_stats(loop, panel ? panel->counts() : GpioCounts(), live.get(), what, on, pool.threads());
+  if (in_real_time() && !what.devices.gpio.empty()) panel.emplace(what.devices.gpio, *gpio, real);
+  const ShowFacts facts = facts_of(what, display_);
+  std::optional<PatternBoard> patterns;
+  std::optional<Screenshots> screenshots;
+  std::optional<ShowReload> reload;
+  if (in_real_time()) {
+    link.patterns = &patterns.emplace(what.rig.frame.size, pattern_drawer(what, on, cache()), link.log);
+    link.screenshots = &screenshots.emplace(
+        what.rig.frame.size, screenshot_writer(what.file.parent_path() / "screenshots", what.name), link.log);
   }
+  if (in_real_time() && frames) {
+    auto first = std::make_unique<ReadyShow>();
+    first->maker = std::move(frames);
+    first->facts = facts;
+    link.reload = &reload.emplace(
+        std::move(first), reopen_show(what, show_, overrides(), rig_, display_, on, cache()),
+        [&](WorkerPool& fresh) {
+          for (const std::string& line : settle(what.machine, fresh)) link.log.say(line);
+          join_frame_loop(fresh);
+        },
+        pool.threads(), what.rig.frame.size, link.status, link.log);
+  }
+  std::optional<Preview> preview;
+  std::unique_ptr<ControlServer> server;
+  if (who.http) {
+    link.preview = &preview.emplace(what.rig.frame.size);
+    server = start_control_server(*who.http, token, facts, link, real);
+    std::fprintf(stderr, "cupola: control at http://%s/\n", describe(server->address()).c_str());
+  }
+  std::unique_ptr<OscServer> osc;
+  if (who.osc) {
+    osc = start_osc_server(*who.osc, token, facts, link, real);
+    std::fprintf(stderr, "cupola: OSC at udp://%s/\n", describe(osc->address()).c_str());
+  }
+  link.commands.push({.action = PlayerAction::kVolume, .volume = what.sound.volume});
+  std::optional<SoundThread> sound;
+  auto* const played = dynamic_cast<ShowFrames*>(&maker);
+  if (played && what.sounds() && in_real_time()) sound.emplace(what, played->timeline(), clock, link);
+  ServiceNotice notice;
+  std::optional<PlayerWatch> watch;
+  if (in_real_time() && (notice.wanted() || !resume_.empty())) watch.emplace(link, notice, facts, resume_);
+  if (in_real_time()) {  // now that all others have their threads
+    for (const std::string& line : settle(what.machine, pool)) link.log.say(line);
+  }
+
+  FrameLoop loop(maker, *display, clock, pool, panel ? &*panel : nullptr, &link);
+  if (played && !resume_.empty())
+    resume_show(resume_, *played, facts, link);  // as late as can be: time passes
+  const LoopEnd end = loop.run(time);
+  watch.reset();
+  sound.reset();
+  server.reset();
+  osc.reset();
+  const FrameMaker& last = reload ? reload->end() : maker;
+  if (!resume_.empty() && (end == LoopEnd::kOver || end == LoopEnd::kClosed)) {
+    std::error_code ignored;
+    std::filesystem::remove(resume_, ignored);  // it ended as it should
+  }
+  if (!stats_.empty()) {
+    nlohmann::ordered_json stats = play_stats(loop, panel ? panel->counts() : GpioCounts(), live.get(),
+                                              dynamic_cast<const ShowFrames*>(&last));
+    if (what.sounds()) stats["sound"] = describe(link.sound.read());
+    stats.update(
+        {{"show", what.name}, {"display", display_}, {"cpu", name(on)}, {"threads", pool.threads()}});
+    AtomicFile file(stats_);
+    file.write(stats.dump(2) + "\n");
+    file.commit();
+  }
+  if (!trace_.empty()) {
+    AtomicFile file(trace_);
+    file.write(link.trace.json());
+    file.commit();
+  }
+  if (live) report_recordings(*live);
   if (end == LoopEnd::kLost) throw Failure(display->trouble());
   if (video) video->finish();
   return 0;

@@ -2,15 +2,20 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "firmware/command.h"
 #include "firmware/face_options.h"
 #include "firmware/interrupt.h"
 #include "firmware/progress.h"
+#include "firmware/render_state.h"
 #include "firmware/show_frames.h"
+#include "firmware/skip_report.h"
+#include "pipeline/frame/atomic_file.h"
 #include "pipeline/frame/error.h"
 #include "pipeline/frame/numbered_frames.h"
 #include "pipeline/frame/y4m_writer.h"
@@ -40,7 +45,7 @@ FrameRange parse_range(const std::string& text) {
 class RenderCommand final : public Command {
  public:
   explicit RenderCommand(CLI::App& program)
-      : Command(program, "render", "Render a show to numbered PNG files or to a Y4M video",
+      : Command(program, "render", "Render a show to numbered pictures or to a Y4M video",
                 "  cupola render demo --out frames --frames 0-59\n"
                 "  cupola render my-show.toml --rig domemaster-4k-5 --out frames\n"
                 "  cupola render --rig omnimax --world tree --out still --faces\n"
@@ -66,6 +71,17 @@ class RenderCommand final : public Command {
         ->check(CLI::Range(0.01, 1000.0))
         ->type_name("HZ");
     options().add_flag("--faces", with_faces_, "Write the faces too, as NAME_VIEW_000001.png");
+    options()
+        .add_option("--format", format_, "Of numbered pictures: png, or exr, linear light in half floats")
+        ->check(CLI::IsMember({"png", "exr"}))
+        ->type_name("NAME");
+    options()
+        .add_option("--bits", bits_, "Of a sample in PNG files, 8 or 16; those of the faces unless given")
+        ->check(CLI::IsMember({8, 16}))
+        ->type_name("N");
+    options()
+        .add_option("--stats", stats_, "Write what was done and what was skipped as JSON")
+        ->type_name("FILE");
     offer_cache();
   }
 
@@ -77,9 +93,10 @@ class RenderCommand final : public Command {
   // The frames of this shard, in rising order.
   std::vector<std::int64_t> numbers(const FrameRange& range) const;
   void fetch(ShowFrames& frames, std::int64_t number) const;
-  void render_files(ShowFrames& frames, const std::string& name, std::span<const std::int64_t> numbers,
-                    WorkerPool& pool) const;
-  void render_video(ShowFrames& frames, std::span<const std::int64_t> numbers) const;
+  // Both give what the warps did and left out. `key` stands for all that bears on the pixels.
+  WarpWork render_files(ShowFrames& frames, const std::string& name, std::span<const std::int64_t> all,
+                        const std::string& key, WorkerPool& pool) const;
+  WarpWork render_video(ShowFrames& frames, std::span<const std::int64_t> numbers) const;
 
   FaceOptions faces_;
   std::string show_;
@@ -89,6 +106,9 @@ class RenderCommand final : public Command {
   std::string shard_ = "1/1";
   double rate_ = 60.0;
   bool with_faces_ = false;
+  std::string format_ = "png";
+  int bits_ = 0;
+  std::string stats_;
 };
 
 Show RenderCommand::show() const {
@@ -147,25 +167,42 @@ void RenderCommand::fetch(ShowFrames& frames, std::int64_t number) const {
   if (change == ShowFrames::Change::kFailed) throw InputError(frames.trouble());
 }
 
-void RenderCommand::render_files(ShowFrames& frames, const std::string& name,
-                                 std::span<const std::int64_t> numbers, WorkerPool& pool) const {
-  const NumberedFrames files(out_, name);
+WarpWork RenderCommand::render_files(ShowFrames& frames, const std::string& name,
+                                     std::span<const std::int64_t> all, const std::string& key,
+                                     WorkerPool& pool) const {
+  const StillFormat still = format_ == "exr" ? StillFormat::kExr : StillFormat::kPng;
+  const NumberedFrames files(out_, name, still);
+  std::string shard = shard_;
+  std::replace(shard.begin(), shard.end(), '/', '-');
+  RenderState state(std::filesystem::path(out_) / fmt::format(".{}.{}.render", name, shard), key);
+  std::vector<std::int64_t> numbers;
+  for (const std::int64_t number : all) {
+    if (!state.done(number, files.path_of(number))) numbers.push_back(number);
+  }
+  const auto before = static_cast<std::int64_t>(all.size() - numbers.size());
+  if (before > 0)
+    fmt::print(stderr, "render: {}: {} of {} frames are there; going on\n", out_, before, all.size());
   std::vector<NumberedFrames> face_files;
   if (with_faces_) {
-    for (const View& view : frames.rig().views) face_files.emplace_back(out_, name + "_" + view.name);
+    for (const View& view : frames.rig().views) face_files.emplace_back(out_, name + "_" + view.name, still);
   }
-  const PixelFormat format =
-      frames.format() == PixelFormat::kRgbPlanar16 ? PixelFormat::kRgb16 : PixelFormat::kRgb8;
+  const bool deep =
+      still == StillFormat::kExr || (bits_ == 0 ? frames.format() == PixelFormat::kRgbPlanar16 : bits_ == 16);
+  const PixelFormat format = deep ? PixelFormat::kRgb16 : PixelFormat::kRgb8;
   std::vector<ImageBuffer> batch;  // warped one after the other, compressed side by side
   for (int i = 0; i < std::min(pool.threads(), 8); ++i) batch.emplace_back(format, frames.frame_size());
-  Progress progress("render", static_cast<std::int64_t>(numbers.size()));
+  Progress progress("render", static_cast<std::int64_t>(all.size()));
+  WarpWork work;
+  // Every buffer holds what was warped into it a batch ago; whole batches are of one size.
+  const int age = static_cast<int>(batch.size());
   for (std::size_t done = 0; done < numbers.size();) {
     const std::size_t count = std::min(batch.size(), numbers.size() - done);
     for (std::size_t i = 0; i < count; ++i) {
       if (interrupted())
-        throw Failure(fmt::format("{}: interrupted after {} of {} frames", out_, done, numbers.size()));
+        throw Failure(fmt::format("{}: interrupted after {} of {} frames", out_,
+                                  static_cast<std::size_t>(before) + done, all.size()));
       fetch(frames, numbers[done + i]);
-      frames.warp(batch[i].pixels(), 0);
+      work += frames.warp(batch[i].pixels(), done > 0 ? age : 0);
       if (with_faces_) {
         pool.run(static_cast<int>(face_files.size()), [&](int view) {
           const auto v = static_cast<std::size_t>(view);
@@ -177,42 +214,62 @@ void RenderCommand::render_files(ShowFrames& frames, const std::string& name,
       const auto at = static_cast<std::size_t>(i);
       files.write(numbers[done + at], as_const(batch[at].pixels()));
     });
+    for (std::size_t i = 0; i < count; ++i) state.add(numbers[done + i], files.path_of(numbers[done + i]));
     done += count;
-    progress.show(static_cast<std::int64_t>(done));
+    progress.show(before + static_cast<std::int64_t>(done));
   }
+  state.finish();
+  return work;
 }
 
-void RenderCommand::render_video(ShowFrames& frames, std::span<const std::int64_t> numbers) const {
+WarpWork RenderCommand::render_video(ShowFrames& frames, std::span<const std::int64_t> numbers) const {
   if (with_faces_) throw InputError("--faces: expected a folder as --out");
+  if (bits_ == 16) throw InputError("--bits 16: expected a folder as --out; videos have 8");
+  if (format_ != "png")
+    throw InputError(fmt::format("--format {}: expected a folder as --out; videos are Y4M", format_));
   expect_pipe(out_);
   Y4mWriter video(out_, frames.frame_size(), frame_rate(frames.rate()));
   ImageBuffer frame(PixelFormat::kRgbPlanar8, frames.frame_size());
   Progress progress("render", static_cast<std::int64_t>(numbers.size()));
+  WarpWork work;
   std::int64_t done = 0;
   for (const std::int64_t number : numbers) {
     if (interrupted())
       throw Failure(fmt::format("{}: interrupted after {} of {} frames", out_, done, numbers.size()));
     fetch(frames, number);
-    frames.warp(frame.pixels(), 0);
+    work += frames.warp(frame.pixels(), done > 0 ? 1 : 0);
     video.write(as_const(frame.pixels()));
     progress.show(++done);
   }
   video.finish();
+  return work;
 }
 
 int RenderCommand::run() {
   const Cpu on = cpu();
+  if (format_ == "exr" && bits_ == 8)
+    throw InputError("--bits 8: expected --format png; EXR has half floats");
   WorkerPool pool(threads());
-  const Show what = show();
+  Show what = show();
+  for (Cue& cue : what.cues) cue.wait = false;  // nobody is there to say go
+  for (const Cue& cue : what.cues) {
+    if (with_faces_ && cue.finished) throw InputError(fmt::format("--faces: cue {} has none", cue.name));
+  }
   TableCache tables = cache();
   ShowFrames frames(what, Method::kEwa, on, pool, with_faces_, &tables);
   warn_about(tables);
   const std::vector<std::int64_t> due = numbers(range(frames));
-  if (is_video_name(out_)) {
-    render_video(frames, due);
-  } else {
-    render_files(frames, what.name, due, pool);
-  }
+  std::string said = fmt::format("{} {} {} {}\n", CUPOLA_VERSION, with_faces_, bits_, format_);
+  for (const Cue& cue : what.cues) said += all_of(cue);
+  const WarpWork work = is_video_name(out_)
+                            ? render_video(frames, due)
+                            : render_files(frames, what.name, due, render_key(said, frames.key()), pool);
+  if (stats_.empty()) return 0;
+  nlohmann::ordered_json stats = {{"frames", due.size()}, {"cpu", name(on)}, {"threads", pool.threads()}};
+  report_skips(work, frames.texels_unneeded(), frames.file_counts().repeated, stats);
+  AtomicFile file(stats_);
+  file.write(stats.dump(2) + "\n");
+  file.commit();
   return 0;
 }
 

@@ -6,6 +6,7 @@
 
 #include "firmware/command.h"
 #include "firmware/frame_error.h"
+#include "firmware/held_budget.h"
 #include "firmware/pictures.h"
 #include "firmware/show.h"
 #include "hal/time/clock.h"
@@ -15,6 +16,7 @@
 #include "pipeline/source/generated_source.h"
 #include "pipeline/warp/ewa_exact.h"
 #include "pipeline/warp/ewa_warp.h"
+#include "pipeline/warp/table_packing.h"
 
 namespace cupola {
 namespace {
@@ -80,6 +82,7 @@ int TableCommand::run() {
 
   MonotonicClock clock;
   TableCache tables = cache();
+  hold_budget(rig, false, on, pool, &tables);
   const auto began = clock.now();
   const WarpTable table = tables.table(rig, pool);
   const double took_ms = std::chrono::duration<double, std::milli>(clock.now() - began).count();
@@ -89,6 +92,11 @@ int TableCommand::run() {
              rig.frame.size.height, grouped(map.in_image));
   fmt::print("table       {} bytes, {} {:.1f} ms\n", grouped(static_cast<std::int64_t>(table.bytes())),
              tables.found() > 0 ? "from the cache in" : "built in", took_ms);
+  std::vector<std::byte> packed;
+  if (rig.filter.table == TableForm::kCompact) {
+    packed = pack_table(table.memory.bytes(), pool);
+    fmt::print("packed      {} bytes\n", grouped(static_cast<std::int64_t>(packed.size())));
+  }
   fmt::print("taps        {}, {:.2f} a pixel\n", grouped(table.taps),
              static_cast<double>(table.taps) /
                  std::max<double>(1.0, static_cast<double>(map.in_image - map.uncovered)));
@@ -113,7 +121,7 @@ int TableCommand::run() {
   if (!picture_.empty()) draw_cube(rig, table.needed, pool);
   if (!out_.empty()) {
     AtomicFile file(out_);
-    file.write(table.memory.bytes());
+    file.write(packed.empty() ? table.memory.bytes() : packed);
     file.commit();
   }
   if (!map_.empty()) {

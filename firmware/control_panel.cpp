@@ -19,46 +19,57 @@ std::vector<GpioLine> lines_of(const GpioSettings& settings) {
   return lines;
 }
 
+PlayerCommand command_of(InputDoes does) {
+  switch (does) {
+    case InputDoes::kGo:
+      return {PlayerAction::kGo};
+    case InputDoes::kNext:
+      return {PlayerAction::kNext};
+    case InputDoes::kPrevious:
+      return {PlayerAction::kPrevious};
+    case InputDoes::kPlayPause:
+    case InputDoes::kBlackout:  // is a level, no command
+      break;
+  }
+  return {PlayerAction::kPlayPause};
+}
+
 }  // namespace
 
 ControlPanel::ControlPanel(const GpioSettings& settings, Gpio& gpio, Clock& clock)
     : watch_(gpio, lines_of(settings), clock) {
   for (const PanelInput& input : settings.inputs) inputs_.push_back(input.does);
   for (const PanelOutput& output : settings.outputs) outputs_.push_back(output.is);
-  poll();
+  poll_lines(nullptr);
 }
 
-void ControlPanel::press(std::size_t input, bool active, Wishes& wishes) noexcept {
-  switch (inputs_[input]) {
-    case InputDoes::kPlayPause:
-      held_ = held_ != active;
-      break;
-    case InputDoes::kNext:
-      wishes.next += active ? 1 : 0;
-      break;
-    case InputDoes::kBlackout:
-      wishes.blackout = wishes.blackout || active;  // even if it was let go before the frame
-      break;
-  }
+bool ControlPanel::poll(CommandQueue& commands) noexcept {
+  return poll_lines(&commands);
 }
 
-ControlPanel::Wishes ControlPanel::poll() noexcept {
-  Wishes wishes;
+bool ControlPanel::poll_lines(CommandQueue* commands) noexcept {
+  bool dark = false;
   GpioEdge edge;
   for (int i = 0; i < kMostEdges; ++i) {
     const GpioWatch::Poll said = watch_.poll(edge);
     if (said == GpioWatch::Poll::kNothing) break;
-    if (said == GpioWatch::Poll::kEdge) press(edge.line, edge.active, wishes);
+    if (said == GpioWatch::Poll::kEdge && edge.active) {
+      const InputDoes does = inputs_[edge.line];
+      if (does == InputDoes::kBlackout) {
+        dark = true;  // even if it was let go before the frame
+      } else if (commands) {
+        commands->push(command_of(does));
+      }
+    }
     if (said == GpioWatch::Poll::kLost) {
       std::fprintf(stderr, "cupola: gpio: %s\n", describe(watch_.trouble(), watch_.lines()).c_str());
     }
     if (said == GpioWatch::Poll::kBack) std::fputs("cupola: gpio: the lines are back\n", stderr);
   }
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
-    if (inputs_[i] == InputDoes::kBlackout && watch_.active(i)) wishes.blackout = true;
+    if (inputs_[i] == InputDoes::kBlackout && watch_.active(i)) dark = true;
   }
-  wishes.held = held_;
-  return wishes;
+  return dark;
 }
 
 void ControlPanel::set(OutputIs which, bool active) noexcept {
@@ -67,12 +78,12 @@ void ControlPanel::set(OutputIs which, bool active) noexcept {
   }
 }
 
-void ControlPanel::flipped(bool black) noexcept {
+void ControlPanel::flipped(bool black, bool held) noexcept {
   trigger_ = !trigger_;
   set(OutputIs::kCameraTrigger, trigger_);  // first: the others are in no hurry
   set(OutputIs::kShutter, black);
   set(OutputIs::kLamp, true);
-  set(OutputIs::kTally, !held_);
+  set(OutputIs::kTally, !held);
 }
 
 void ControlPanel::rest() noexcept {

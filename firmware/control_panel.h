@@ -1,9 +1,10 @@
-// The operator's buttons and lamps: GPIO edges become wishes for the frame loop, flips become signals.
+// The operator's buttons and lamps: GPIO edges become commands for the frame loop, flips become signals.
 // SPDX-License-Identifier: MIT
 #pragma once
 
 #include <vector>
 
+#include "firmware/command_queue.h"
 #include "firmware/rig_devices.h"
 #include "hal/gpio/gpio_watch.h"
 
@@ -15,29 +16,24 @@ class ControlPanel {
   // life.
   ControlPanel(const GpioSettings& settings, Gpio& gpio, Clock& clock);
 
-  struct Wishes {
-    bool blackout = false;  // the coming frame is to be black
-    bool held = false;      // the show's time stands still
-    int next = 0;           // cues to go on by
-  };
-  // To be called once a frame. Does not wait; allocates only when lines were lost.
-  Wishes poll() noexcept;
+  // To be called once a frame: what was pressed goes into `commands`; true when the coming frame is to be
+  // black, by a line that is active or was meanwhile. Does not wait; allocates only when lines were lost.
+  bool poll(CommandQueue& commands) noexcept;
   // To be called after each flip: lamp on, tally on while the show's time runs, shutter shut while the
   // picture is black, camera trigger the other way round than at the flip before.
-  void flipped(bool black) noexcept;
+  void flipped(bool black, bool held) noexcept;
   // After the last one: lamp, tally and trigger off, shutter shut; as before the first.
   void rest() noexcept;
 
   const GpioCounts& counts() const noexcept { return watch_.counts(); }
 
  private:
-  void press(std::size_t input, bool active, Wishes& wishes) noexcept;
+  bool poll_lines(CommandQueue* commands) noexcept;
   void set(OutputIs which, bool active) noexcept;
 
   std::vector<InputDoes> inputs_;  // the watch's first lines
   std::vector<OutputIs> outputs_;  // the others
   GpioWatch watch_;
-  bool held_ = false;
   bool trigger_ = false;
 };
 

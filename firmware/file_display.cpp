@@ -12,7 +12,8 @@ FileDisplay::FileDisplay(Clock& clock, Size size, std::function<void(const Image
 
 DisplayBuffer FileDisplay::back_buffer() noexcept {
   const MutableImage& pixels = frame_.pixels();
-  return {pixels.planes[0].data, pixels.planes[0].stride, pixels.size.width, pixels.size.height};
+  return {pixels.planes[0].data, pixels.planes[0].stride, pixels.size.width, pixels.size.height,
+          presented_ ? 1 : 0};
 }
 
 Presented FileDisplay::present(std::chrono::nanoseconds when) noexcept {
@@ -22,6 +23,7 @@ Presented FileDisplay::present(std::chrono::nanoseconds when) noexcept {
     trouble_ = error.what();
     return {Present::kLost, clock_.now()};
   }
+  presented_ = true;
   clock_.sleep_until(when);
   return {Present::kShown, clock_.now()};
 }

@@ -27,6 +27,7 @@ class FileDisplay final : public Display {
   Clock& clock_;
   std::function<void(const Image&)> write_;
   ImageBuffer frame_;
+  bool presented_ = false;  // the frame holds what was written last
   std::string trouble_;
 };
 

@@ -4,8 +4,10 @@
 
 #include <chrono>
 #include <cstdint>
-#include <string>
+#include <span>
 
+#include "firmware/player_command.h"
+#include "firmware/show_report.h"
 #include "pipeline/frame/image.h"
 #include "pipeline/warp/frame_warp.h"
 
@@ -22,11 +24,12 @@ class FrameMaker {
     kOver,       // the show is over
   };
   struct Due {
-    std::chrono::nanoseconds time{0};  // of the show; must not run backwards
-    std::chrono::nanoseconds flip{0};  // of the clock: when the frame will be seen
-    int cues_on = 0;                   // the operator wants so many next cues, from that time on
+    std::chrono::nanoseconds time{0};              // of the show; must not run backwards
+    std::chrono::nanoseconds flip{0};              // of the clock: when the frame will be seen
+    std::span<const PlayerCommand> commands = {};  // the operator's, in order: from that time on
   };
-  // Gets the faces due. May wait for them, but only so long that warping still makes the flip.
+  // Carries the commands out (those that it has no use for are passed over) and gets the faces due. May wait
+  // for them, but only so long that warping still makes the flip.
   virtual Change advance(const Due& due) noexcept = 0;
   // Warps them into `frame`, which has the rig's size and any format. Where `frame` holds what warp() made
   // `age` calls ago, 1 being the last one, only what has changed since need be done; 0: it holds anything.
@@ -34,8 +37,8 @@ class FrameMaker {
   // The frame warped last reached the screen, or was shown once more.
   virtual void shown(std::chrono::nanoseconds flipped_at) noexcept = 0;
   virtual double rate() const = 0;  // frames a second, where the display has no rate of its own
-  // Why the last advance() failed.
-  virtual std::string trouble() const = 0;
+  // Where the show stands after the last advance(), and why that failed. Does not allocate.
+  virtual void report(ShowReport& report) const noexcept = 0;
 };
 
 }  // namespace cupola

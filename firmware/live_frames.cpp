@@ -5,9 +5,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "pipeline/frame/error.h"
+#include "pipeline/source/face_part.h"
+#include "pipeline/warp/texels_read.h"
 
 namespace cupola {
 
@@ -25,27 +28,54 @@ constexpr std::size_t kLatencies = 65536;  // 18 minutes at 60 a second
 CameraMode agreed_mode(const RigCamera& camera, const CameraWatch& watch) {
   if (watch.counts().starts > 0) return watch.mode();
   const CameraSetup& setup = camera.setup;
-  if (setup.width == 0 || setup.formats.size() != 1) {
+  const bool known = setup.width > 0 && setup.formats.size() == 1 && setup.formats[0] != CameraFormat::kMjpeg;
+  if (!known || setup.crop.width != 0) {
     throw Failure(
-        fmt::format("camera of view {}: {}; with a size and one format in the rig it would be waited for",
+        fmt::format("camera of view {}: {}; with a size, one format but MJPG, and no crop in the rig it "
+                    "would be waited for",
                     camera.view, describe(watch.trouble())));
   }
   CameraMode mode;
   mode.format = setup.formats[0];
   mode.width = setup.width;
   mode.height = setup.height;
-  mode.crop = setup.crop;
   mode.rate = setup.rate;
   return mode;
+}
+
+// As it was started, for certain: drivers that are asked for no size go on with their last one.
+CameraSetup whole_setup(const CameraSetup& asked, const CameraMode& whole) {
+  CameraSetup setup = asked;
+  if (asked.crop.width == 0) {
+    setup.width = whole.width;
+    setup.height = whole.height;
+  }
+  return setup;
+}
+
+// None where there is too little to spare, or nothing is known of the camera yet.
+std::optional<CameraSetup> cropped_setup(const CameraSetup& asked, const LiveView& view) {
+  constexpr int kStep = 16;  // texels: no driver is known whose rows are in larger pieces
+  const CameraMode& whole = view.mode;
+  if (whole.crop.width == 0 || (asked.crop.width > 0 && asked.width == 0)) return std::nullopt;
+  TexelBox box = view.needed;
+  box.x0 = box.x0 / kStep * kStep;
+  box.x1 = std::min((box.x1 + kStep - 1) / kStep * kStep, whole.width);
+  const std::int64_t needed = std::int64_t{box.x1 - box.x0} * (box.y1 - box.y0);
+  if (8 * needed > 7 * std::int64_t{whole.width} * whole.height) return std::nullopt;
+  CameraSetup setup = whole_setup(asked, whole);
+  setup.crop = area_of(box, whole);
+  return setup;
 }
 
 void expect_alike(std::span<const LiveView> views) {
   const CameraMode& first = views[0].mode;
   for (const LiveView& view : views) {
-    YuvLayout layout{};
-    if (!layout_of(view.mode.format, layout)) {
-      throw Failure(fmt::format("camera of view {}: sends {}; expected YUYV, UYVY, NV12 or YU12", view.name,
-                                name_of(view.mode.format)));
+    if (!layout_of(view.mode.format)) {
+      throw Failure(
+          fmt::format("camera of view {}: sends {}; expected YUYV, UYVY, NV12, YU12, 422P, GREY, RGB3, "
+                      "BGR3 or XR24",
+                      view.name, name_of(view.mode.format)));
     }
     if (view.mode.format != first.format || view.mode.bt709 != first.bt709 ||
         view.mode.full_range != first.full_range) {
@@ -59,88 +89,179 @@ void expect_alike(std::span<const LiveView> views) {
 }  // namespace
 
 LiveFrames::LiveFrames(const Rig& rig, std::vector<OpenCamera> cameras, const SyncSettings& settings, Cpu cpu,
-                       WorkerPool& pool, Clock& clock)
+                       WorkerPool& pool, Clock& clock, TableCache* cache, bool match_colours)
     : rig_(rig), cameras_(std::move(cameras)), clock_(clock), lead_(kFirstLead), latencies_(kLatencies) {
   std::vector<LiveView> views = start_cameras();
   expect_alike(views);
   std::vector<Size> sizes;
   for (const LiveView& view : views) sizes.push_back({view.mode.width, view.mode.height});
   set_view_sizes(rig_, sizes);
-  YuvLayout layout{};
-  layout_of(views[0].mode.format, layout);
-  warp_ = make_yuv_to_xrgb_warp(rig_, layout, cpu, pool);
+  for (const Size size : sizes) changed_.emplace_back(size);
+  history_ = std::make_unique<ChangeHistory>(sizes);
+  warp_ = make_native_to_xrgb_warp(rig_, *layout_of(views[0].mode.format), cpu, pool, cache);
   if (views[0].mode.rate > 0.0) rate_ = views[0].mode.rate;
+  begin_colours(views[0].mode, match_colours);
+  crop_cameras(views);
   faces_ = std::make_unique<LiveFaces>(std::move(views), clock_, settings);
 }
 
-std::vector<LiveView> LiveFrames::start_cameras() {
-  for (const OpenCamera& camera : cameras_) {
-    watches_.push_back(std::make_unique<CameraWatch>(*camera.device, camera.settings.setup, clock_,
-                                                     camera.settings.patience));
+void LiveFrames::begin_colours(const CameraMode& mode, bool match) {
+  std::vector<std::optional<ViewColour>> locked;
+  for (const View& view : rig_.views) {
+    const OpenCamera* camera = camera_of(view.name);
+    locked.push_back(camera ? camera->settings.colour : std::nullopt);
+    locked_.push_back(locked.back().value_or(ViewColour{}));
   }
+  const bool none =
+      std::none_of(locked.begin(), locked.end(), [](const auto& colour) { return colour.has_value(); });
+  if (none) locked_.clear();
+  if (none && !match) return;
+  if (!warp_->prepare_colours(rig_)) {
+    throw Failure(fmt::format("{}: cameras send {}; expected YUV where colours are matched or locked",
+                              rig_.file.string(), name_of(mode.format)));
+  }
+  warp_->set_colours(none ? std::vector<ViewColour>(rig_.views.size()) : locked_);
+  if (!match) return;
+  match_ = std::make_unique<ColourMatch>(rig_, *layout_of(mode.format), colour_of(mode), locked);
+  if (match_->pairs() == 0) {
+    throw Failure(
+        fmt::format("{}: colour.match: no two views overlap, expected pictures that share some directions "
+                    "of the frame",
+                    rig_.file.string()));
+  }
+}
+
+bool LiveFrames::follow_colours() noexcept {
+  if (!match_) return false;
+  unsigned seen = 0;
+  for (std::size_t v = 0; v < changed_.size(); ++v) {
+    if (faces_->sync().faces()[v].state == SyncedFace::State::kInStep) seen |= 1U << v;
+  }
+  if (!match_->look(faces_->faces(), seen, clock_.now())) return false;
+  warp_->set_colours(match_->colours());
+  return true;
+}
+
+// Those that are to be running and are not yet.
+void LiveFrames::wait_for_starts(std::span<const LiveView> views) {
   const nanoseconds deadline = clock_.now() + kStartTime;
-  const auto all_started = [&] {
-    return std::all_of(watches_.begin(), watches_.end(),
-                       [](const auto& watch) { return watch->counts().starts > 0; });
-  };
   for (;;) {
     nanoseconds wake = deadline;
-    for (const auto& watch : watches_) {
-      if (watch->counts().starts > 0) continue;
+    bool waiting = false;
+    for (const LiveView& view : views) {
+      if (!view.camera || view.camera->descriptor() >= 0) continue;
       CameraFrame frame;
-      if (watch->poll(frame) == CameraWatch::Poll::kFrame) watch->give_back(frame);
-      wake = std::min(wake, watch->deadline());
+      if (view.camera->poll(frame) == CameraWatch::Poll::kFrame) view.camera->give_back(frame);
+      wake = std::min(wake, view.camera->deadline());
+      waiting = waiting || view.camera->descriptor() < 0;
     }
-    if (all_started() || clock_.now() >= deadline) break;
+    if (!waiting || clock_.now() >= deadline) return;
     clock_.wait({}, wake);
   }
+}
+
+std::vector<LiveView> LiveFrames::start_cameras() {
   std::vector<LiveView> views;
   for (const View& view : rig_.views) {
-    LiveView live;
-    live.name = view.name;
-    for (std::size_t c = 0; c < cameras_.size(); ++c) {
-      if (cameras_[c].settings.view != view.name) continue;
-      live.camera = watches_[c].get();
-      live.mode = agreed_mode(cameras_[c].settings, *watches_[c]);
-    }
-    views.push_back(std::move(live));
+    const OpenCamera* camera = camera_of(view.name);
+    views.push_back({view.name, camera ? camera->watch.get() : nullptr, {}, {}});
   }
-  const auto with_camera =
-      std::find_if(views.begin(), views.end(), [](const LiveView& view) { return view.camera; });
-  if (with_camera == views.end()) throw Failure(fmt::format("{}: no view has a camera", rig_.file.string()));
+  wait_for_starts(views);
+  const LiveView* with_camera = nullptr;
+  for (LiveView& view : views) {
+    if (!view.camera) continue;
+    view.mode = agreed_mode(camera_of(view.name)->settings, *view.camera);
+    with_camera = &view;
+  }
+  if (!with_camera) throw Failure(fmt::format("{}: no view has a camera", rig_.file.string()));
   for (LiveView& view : views) {
     if (!view.camera) view.mode = with_camera->mode;
   }
   return views;
 }
 
+void LiveFrames::crop_cameras(std::span<LiveView> views) {
+  const std::vector<TexelBox> boxes = warp_->reads();
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    LiveView& view = views[v];
+    view.needed = match_ ? box_around(boxes[v], match_->reads(v)) : boxes[v];
+    if (!view.camera) continue;
+    if (view.needed.empty()) {
+      std::exchange(view.camera, nullptr)->stop();
+    } else if (const auto setup = cropped_setup(camera_of(view.name)->settings.setup, view)) {
+      view.camera->set_setup(*setup);
+    }
+  }
+  wait_for_starts(views);
+  for (const LiveView& view : views) {
+    if (!view.camera || view.camera->descriptor() < 0) continue;
+    const auto place = place_of(view.camera->mode(), view.mode);
+    if (place && contains(*place, view.needed)) continue;
+    view.camera->set_setup(whole_setup(camera_of(view.name)->settings.setup, view.mode));
+  }
+  wait_for_starts(views);
+}
+
+const OpenCamera* LiveFrames::camera_of(const std::string& view) const {
+  const auto found = std::find_if(cameras_.begin(), cameras_.end(),
+                                  [&](const OpenCamera& camera) { return camera.settings.view == view; });
+  return found == cameras_.end() ? nullptr : &*found;
+}
+
 FrameMaker::Change LiveFrames::advance(const Due& due) noexcept {
   faces_->gather(due.flip - lead_);
   fresh_ = faces_->choose();
+  if (fresh_) {
+    const bool recoloured = follow_colours();
+    for (std::size_t v = 0; v < changed_.size(); ++v) {
+      changed_[v].clear();
+      if (recoloured || (faces_->changed() >> v & 1) != 0) changed_[v].add_all();
+    }
+    history_->fetched(changed_);
+  }
   return fresh_ ? Change::kNew : Change::kUnchanged;
 }
 
-WarpWork LiveFrames::warp(const MutableImage& frame, int /*age*/) noexcept {
+WarpWork LiveFrames::warp(const MutableImage& frame, int age) noexcept {
   const nanoseconds begun = clock_.now();
-  warp_->warp(faces_->faces(), frame);
+  const std::span<const ChangedCells> differs = history_->take(age);
+  unsigned changed = differs.empty() ? ~0U : 0U;
+  for (std::size_t v = 0; v < differs.size(); ++v) changed |= differs[v].count() > 0 ? 1U << v : 0U;
+  const WarpWork work = warp_->warp_changed(faces_->faces(), changed, frame);
   // Quick to grow and slow to shrink: a late frame is worse than an early choice.
   const nanoseconds took = clock_.now() - begun + kMargin;
   lead_ = std::max(took, lead_ - (lead_ - took) / 64);
-  return {1, 0};
+  return work;
 }
 
 void LiveFrames::shown(nanoseconds flipped_at) noexcept {
   const nanoseconds captured_at = faces_->sync().captured_at();
   if (!std::exchange(fresh_, false) || captured_at == nanoseconds(0)) return;
-  latencies_[shown_++ % latencies_.size()] = flipped_at - captured_at;
+  latencies_.add(flipped_at - captured_at);
 }
 
-std::vector<double> LiveFrames::latencies_ms() const {
-  std::vector<double> times;
-  for (std::size_t i = shown_ - std::min(shown_, latencies_.size()); i < shown_; ++i) {
-    times.push_back(1e-6 * static_cast<double>(latencies_[i % latencies_.size()].count()));
+void LiveFrames::report(ShowReport& report) const noexcept {
+  report.camera_count = std::min(cameras_.size(), report.cameras.size());
+  for (std::size_t c = 0; c < report.camera_count; ++c) {
+    CameraReport& camera = report.cameras[c];
+    const CameraCounts& counts = cameras_[c].watch->counts();
+    camera.frames = counts.frames;
+    camera.dropped = counts.dropped;
+    camera.damaged = counts.damaged;
+    camera.losses = counts.losses;
+    for (std::size_t v = 0; v < rig_.views.size(); ++v) {
+      if (rig_.views[v].name != cameras_[c].settings.view) continue;
+      camera.shown = static_cast<CameraReport::Shown>(faces_->sync().faces()[v].state);
+      const SyncOffset offset = faces_->sync().offset(v);
+      camera.offset = offset.offset;
+      camera.drift_ppm = offset.drift_ppm;
+      if (match_) {
+        camera.colour = match_->colours()[v];
+      } else if (!locked_.empty()) {
+        camera.colour = locked_[v];
+      }
+    }
   }
-  return times;
 }
 
 }  // namespace cupola

@@ -4,39 +4,39 @@
 
 #include <chrono>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "firmware/change_history.h"
 #include "firmware/frame_maker.h"
-#include "firmware/rig_cameras.h"
-#include "hal/camera/camera_watch.h"
+#include "firmware/open_cameras.h"
+#include "firmware/time_ring.h"
 #include "hal/time/clock.h"
 #include "pipeline/optics/rig.h"
 #include "pipeline/parallel/worker_pool.h"
 #include "pipeline/source/live_faces.h"
-#include "pipeline/warp/yuv_warp.h"
+#include "pipeline/warp/colour_match.h"
+#include "pipeline/warp/native_warp.h"
 
 namespace cupola {
-
-// One rig camera and the device that was made for it.
-struct OpenCamera {
-  RigCamera settings;
-  std::unique_ptr<Camera> device;
-};
 
 class LiveFrames final : public FrameMaker {
  public:
   // Starts every camera and gives each three seconds; one that does not start shows its slate until it comes,
-  // if its size and format are in the rig. Views without a camera show their slates. Throws Failure where no
-  // warp can be made of what the cameras send. `clock` and `pool` are borrowed for the show's life.
+  // if its size and format are in the rig. Cameras are then cropped to what the warp looks at, where they can
+  // and it spares an eighth or more; those that it does not look at are stopped. Views without a camera show
+  // their slates. Colours that cameras have in the rig are theirs; with `match_colours` the others are
+  // matched where pictures overlap. Without a cache the tables are built. Throws Failure where no warp can be
+  // made of what the cameras send. `clock` and `pool` are borrowed for the show's life, `cache` for the call.
   LiveFrames(const Rig& rig, std::vector<OpenCamera> cameras, const SyncSettings& settings, Cpu cpu,
-             WorkerPool& pool, Clock& clock);
+             WorkerPool& pool, Clock& clock, TableCache* cache = nullptr, bool match_colours = false);
 
   Change advance(const Due& due) noexcept override;
   WarpWork warp(const MutableImage& frame, int age) noexcept override;
   void shown(std::chrono::nanoseconds flipped_at) noexcept override;
   double rate() const override { return rate_; }
-  std::string trouble() const override { return {}; }
+  void report(ShowReport& report) const noexcept override;
 
   const Rig& rig() const { return rig_; }
   const LiveFaces& faces() const { return *faces_; }
@@ -45,25 +45,31 @@ class LiveFrames final : public FrameMaker {
   }
   // One a rig camera, in the rig file's order.
   const std::vector<OpenCamera>& cameras() const { return cameras_; }
-  const CameraWatch& watch(std::size_t camera) const { return *watches_[camera]; }
   // From the time that a set was captured to the flip that first showed it; milliseconds, the last 65,536
   // sets.
-  std::vector<double> latencies_ms() const;
+  std::vector<double> latencies_ms() const { return latencies_.milliseconds(); }
 
  private:
   std::vector<LiveView> start_cameras();
+  void crop_cameras(std::span<LiveView> views);
+  void begin_colours(const CameraMode& mode, bool match);
+  bool follow_colours() noexcept;  // whether they have changed
+  void wait_for_starts(std::span<const LiveView> views);
+  const OpenCamera* camera_of(const std::string& view) const;  // null: none
 
   Rig rig_;
   std::vector<OpenCamera> cameras_;
   Clock& clock_;
-  std::vector<std::unique_ptr<CameraWatch>> watches_;
   std::unique_ptr<LiveFaces> faces_;
-  std::unique_ptr<YuvWarp<MutableImage>> warp_;
+  std::unique_ptr<NativeWarp<MutableImage>> warp_;
+  std::unique_ptr<ColourMatch> match_;  // null: colours stay what they are
+  std::vector<ViewColour> locked_;      // one a view, where there is no match but a camera has a colour
+  std::vector<ChangedCells> changed_;   // one a view: all of it or nothing
+  std::unique_ptr<ChangeHistory> history_;
   double rate_ = 60.0;
   std::chrono::nanoseconds lead_;  // before the flip the faces are chosen: what a warp takes and a margin
   bool fresh_ = false;             // the set shown next was not shown before
-  std::vector<std::chrono::nanoseconds> latencies_;  // a ring
-  std::size_t shown_ = 0;
+  TimeRing latencies_;
 };
 
 }  // namespace cupola

@@ -36,7 +36,9 @@ int run(int argc, char** argv) {
   commands.push_back(cupola::make_play_command(program));
   commands.push_back(cupola::make_table_command(program));
   commands.push_back(cupola::make_check_command(program));
+  commands.push_back(cupola::make_calibrate_command(program));
   commands.push_back(cupola::make_devices_command(program));
+  commands.push_back(cupola::make_status_command(program));
   commands.push_back(cupola::make_bench_command(program));
   std::vector<std::string> names;
   for (const CLI::App* command : program.get_subcommands([](CLI::App*) { return true; })) {

@@ -4,9 +4,14 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <optional>
+#include <system_error>
+#include <utility>
 
 #include "hal/camera/fake_camera.h"
+#include "hal/camera/mjpeg_camera.h"
+#include "hal/camera/recorded_camera.h"
 #include "pipeline/frame/error.h"
 #ifdef CUPOLA_V4L2
 #include "hal/camera/v4l2_camera.h"
@@ -33,13 +38,57 @@ FakeCameraDevice fake_device(const RigCamera& camera, std::size_t number) {
   return device;
 }
 
+std::filesystem::path file_of(const std::filesystem::path& folder, const RigCamera& camera) {
+  if (camera.view.find('/') != std::string::npos) {
+    throw InputError(
+        fmt::format("view {}: expected a name without / where cameras are recorded", camera.view));
+  }
+  return folder / (camera.view + ".camera");
+}
+
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed) throw InputError(fmt::format("{}: {}", folder.string(), failed.message()));
+}
+
+std::unique_ptr<Camera> replay(const std::filesystem::path& file, Clock& clock, ReplayTime& time) {
+  try {
+    auto camera = std::make_unique<RecordedCamera>(clock, time, file);
+    if (!camera->recording().is_whole()) {
+      fmt::print(stderr, "cupola: {}: ends in the middle of a record at byte {}; played up to there\n",
+                 file.string(), camera->recording().readable_bytes());
+    }
+    return camera;
+  } catch (const std::runtime_error& error) {
+    throw InputError(error.what());
+  }
+}
+
+std::unique_ptr<RecordingCamera> record(std::unique_ptr<Camera> device, const std::filesystem::path& file,
+                                        Clock& clock, std::chrono::nanoseconds begin, bool at_once) {
+  using Writing = CameraRecorder::Writing;
+  try {
+    auto recorder = std::make_unique<CameraRecorder>(file, at_once ? Writing::kAtOnce : Writing::kOnAThread);
+    return std::make_unique<RecordingCamera>(std::move(device), clock, begin, std::move(recorder));
+  } catch (const std::system_error& error) {
+    throw InputError(error.what());
+  }
+}
+
 [[noreturn]] [[maybe_unused]] void refuse(const RigCamera& camera, const char* driver) {
   throw Failure(fmt::format("camera of view {}: this program was built without {}", camera.view, driver));
 }
 
 }  // namespace
 
+OpenCamera::OpenCamera(RigCamera camera, std::unique_ptr<Camera> camera_device, Clock& clock)
+    : settings(std::move(camera)),
+      device(std::move(camera_device)),
+      watch(std::make_unique<CameraWatch>(*device, settings.setup, clock, settings.patience)) {}
+
 struct CameraDrivers::Shared {
+  ReplayTime replay_time;
 #ifdef CUPOLA_V4L2
   LinuxCalls calls;
 #endif
@@ -51,36 +100,51 @@ struct CameraDrivers::Shared {
 CameraDrivers::CameraDrivers() : shared_(std::make_unique<Shared>()) {}
 CameraDrivers::~CameraDrivers() = default;
 
-std::vector<OpenCamera> CameraDrivers::open(std::span<const RigCamera> cameras, Clock& clock,
-                                            FakeClock* fake) {
+std::unique_ptr<Camera> CameraDrivers::open_device(const RigCamera& camera, std::size_t number,
+                                                   [[maybe_unused]] Clock& clock, FakeClock* fake) {
+  switch (camera.driver) {
+    case CameraDriver::kFake:
+      if (!fake) {
+        throw Failure(fmt::format(
+            "camera of view {}: fake cameras go by the fake clock; expected --fast-forward", camera.view));
+      }
+      return std::make_unique<FakeCamera>(*fake, fake_device(camera, number));
+    case CameraDriver::kV4l2:
+#ifdef CUPOLA_V4L2
+      return std::make_unique<V4l2Camera>(shared_->calls, clock);
+#else
+      refuse(camera, "V4L2");
+#endif
+    case CameraDriver::kLibcamera:
+#ifdef CUPOLA_LIBCAMERA
+      if (!shared_->libcamera) shared_->libcamera.emplace();
+      return std::make_unique<LibcameraCamera>(*shared_->libcamera, clock);
+#else
+      refuse(camera, "libcamera");
+#endif
+  }
+  return nullptr;
+}
+
+std::vector<OpenCamera> CameraDrivers::open(std::span<const RigCamera> cameras, Clock& clock, FakeClock* fake,
+                                            const CameraRecordings& recordings) {
+  if (!recordings.record.empty()) make_folder(recordings.record);
+  const std::chrono::nanoseconds begin = clock.now();
   std::vector<OpenCamera> opened;
   for (const RigCamera& camera : cameras) {
-    std::unique_ptr<Camera> device;
-    switch (camera.driver) {
-      case CameraDriver::kFake:
-        if (!fake) {
-          throw Failure(fmt::format(
-              "camera of view {}: fake cameras go by the fake clock; expected --fast-forward", camera.view));
-        }
-        device = std::make_unique<FakeCamera>(*fake, fake_device(camera, opened.size()));
-        break;
-      case CameraDriver::kV4l2:
-#ifdef CUPOLA_V4L2
-        device = std::make_unique<V4l2Camera>(shared_->calls, clock);
-        break;
-#else
-        refuse(camera, "V4L2");
-#endif
-      case CameraDriver::kLibcamera:
-#ifdef CUPOLA_LIBCAMERA
-        if (!shared_->libcamera) shared_->libcamera.emplace();
-        device = std::make_unique<LibcameraCamera>(*shared_->libcamera, clock);
-        break;
-#else
-        refuse(camera, "libcamera");
-#endif
+    std::unique_ptr<Camera> device =
+        recordings.replay.empty() ? open_device(camera, opened.size(), clock, fake)
+                                  : replay(file_of(recordings.replay, camera), clock, shared_->replay_time);
+    const RecordingCamera* recording = nullptr;
+    if (!recordings.record.empty()) {
+      auto made =
+          record(std::move(device), file_of(recordings.record, camera), clock, begin, fake != nullptr);
+      recording = made.get();
+      device = std::move(made);
     }
-    opened.push_back({camera, std::move(device)});
+    const auto decoding = fake ? MjpegCamera::Decoding::kInPoll : MjpegCamera::Decoding::kOnAThread;
+    opened.emplace_back(camera, std::make_unique<MjpegCamera>(std::move(device), clock, decoding), clock);
+    opened.back().recording = recording;
   }
   return opened;
 }

@@ -22,7 +22,8 @@ std::vector<CameraFormat> read_formats(SettingsTable& table) {
     if (!format_of(name, format)) {
       table.refuse(
           "formats",
-          fmt::format("expected YUYV, UYVY, NV12, YU12, RGB3, BGR3, XR24, GREY or MJPG, not \"{}\"", name));
+          fmt::format("expected YUYV, UYVY, NV12, YU12, 422P, RGB3, BGR3, XR24, GREY or MJPG, not \"{}\"",
+                      name));
     }
     formats.push_back(format);
   }
@@ -36,18 +37,41 @@ std::vector<int> read_texels(SettingsTable& table, std::string_view key, std::sp
     if (!(number >= least[whole.size()] && number <= kMostTexels && number == std::floor(number))) {
       table.refuse(key,
                    fmt::format("expected whole numbers of texels, from {} to 65535", least[whole.size()]));
+      return {least.begin(), least.end()};
     }
     whole.push_back(static_cast<int>(number));
   }
   return whole;
 }
 
+// gains = [r, g, b] and black, in 8-bit steps: a sample x comes out as gain (x - black).
+std::optional<ViewColour> read_colour(SettingsTable& table) {
+  const double black = table.number("black", -32.0, 32.0, 0.0);
+  if (!table.has("gains") && !table.has("black")) return std::nullopt;
+  ViewColour colour;
+  const std::vector<double> gains =
+      table.has("gains") ? table.numbers("gains", 3, 3) : std::vector{1.0, 1.0, 1.0};
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!(gains[c] >= ViewColour::kLeastGain && gains[c] <= ViewColour::kMostGain)) {
+      table.refuse("gains", fmt::format("expected [red, green, blue], each from {} to {}",
+                                        ViewColour::kLeastGain, ViewColour::kMostGain));
+      return std::nullopt;
+    }
+    colour.gain[c] = gains[c];
+    colour.offset[c] = -gains[c] * black;
+  }
+  return colour;
+}
+
 RigCamera read_camera(SettingsTable& table, std::span<const std::string> views) {
   RigCamera camera;
   camera.view = table.text("view");
-  if (std::find(views.begin(), views.end(), camera.view) == views.end()) {
+  if (!views.empty() && std::find(views.begin(), views.end(), camera.view) == views.end()) {
+    const std::vector<std::string_view> names(views.begin(), views.end());
+    const std::string_view nearest = nearest_name(camera.view, names);
     table.refuse("view",
-                 fmt::format("expected the name of one of this rig's views, not \"{}\"", camera.view));
+                 fmt::format("expected the name of one of this rig's views, not \"{}\"{}", camera.view,
+                             nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest)));
   }
   constexpr std::array<std::string_view, 3> kDrivers = {"v4l2", "libcamera", "fake"};
   camera.driver = static_cast<CameraDriver>(table.choice("driver", kDrivers, 0));
@@ -69,6 +93,7 @@ RigCamera read_camera(SettingsTable& table, std::span<const std::string> views) 
   setup.rate = table.number("rate", 0.01, 1000.0, 0.0);
   setup.buffers = static_cast<int>(table.integer("buffers", 2, 32, setup.buffers));
   camera.patience = std::chrono::milliseconds(table.integer("patience_ms", 20, 60'000, 500));
+  camera.colour = read_colour(table);
   SettingsTable controls = table.table("controls");
   for (const std::string& name : controls.keys()) {
     setup.controls.push_back({name, controls.number(name, -1e15, 1e15)});
@@ -86,11 +111,11 @@ std::vector<RigCamera> read_cameras(SettingsTable& rig, std::span<const std::str
   std::set<std::string> devices;
   for (SettingsTable& table : rig.tables("camera")) {
     RigCamera camera = read_camera(table, views);
-    if (!filled.insert(camera.view).second) {
+    if (!filled.insert(camera.view).second && !table.refused("view")) {
       table.refuse("view",
                    fmt::format("expected a view of its own, but {} has a camera already", camera.view));
     }
-    if (!devices.insert(camera.setup.device).second) {
+    if (!devices.insert(camera.setup.device).second && !table.refused("device")) {
       table.refuse("device", fmt::format("expected a device of its own, but {} fills another view",
                                          camera.setup.device));
     }

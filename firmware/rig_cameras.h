@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -10,6 +11,7 @@
 
 #include "hal/camera/camera.h"
 #include "pipeline/settings/settings.h"
+#include "pipeline/warp/view_colour.h"
 
 namespace cupola {
 
@@ -20,9 +22,11 @@ struct RigCamera {
   CameraDriver driver = CameraDriver::kV4l2;
   CameraSetup setup;
   std::chrono::nanoseconds patience{0};  // the longest silence that is taken for life
+  std::optional<ViewColour> colour;      // locked
 };
 
-// The tables [[camera]] of a rig file, none to one a view of `views`. Throws InputError.
+// The tables [[camera]] of a rig file, none to one a view of `views`; where `views` is empty they may name
+// any. Throws InputError.
 std::vector<RigCamera> read_cameras(SettingsTable& rig, std::span<const std::string> views);
 
 }  // namespace cupola

@@ -18,7 +18,10 @@ namespace {
 GpioLine read_line(SettingsTable& table) {
   GpioLine line;
   if (table.has("offset")) {
-    if (table.has("name")) table.refuse("name", "expected either a line's name or chip and offset, not both");
+    if (table.has("name")) {
+      table.refuse("name", "expected either a line's name or chip and offset, not both");
+      table.may_have({"name"});
+    }
     line.offset = static_cast<int>(table.integer("offset", 0, 65535));
     line.chip = table.text("chip");
   } else {
@@ -31,7 +34,7 @@ GpioLine read_line(SettingsTable& table) {
 }
 
 PanelInput read_input(SettingsTable& table) {
-  constexpr std::array<std::string_view, 3> kDoes = {"play-pause", "next", "blackout"};
+  constexpr std::array<std::string_view, 5> kDoes = {"play-pause", "go", "next", "previous", "blackout"};
   constexpr std::array<std::string_view, 4> kBias = {"as-is", "none", "pull-up", "pull-down"};
   PanelInput input;
   input.line = read_line(table);
@@ -63,6 +66,7 @@ GpioSettings read_gpio(SettingsTable table) {
   GpioSettings gpio;
   std::vector<std::string> taken;
   const auto own = [&](const SettingsTable& entry, const GpioLine& line) {
+    if (entry.refused("name") || entry.refused("offset") || entry.refused("chip")) return;
     const std::string what =
         line.offset < 0 && !line.chip.empty() ? line.chip + " " + line.name : describe(line);
     for (const std::string& other : taken) {
@@ -101,25 +105,40 @@ SyncSettings read_sync(SettingsTable table) {
   return sync;
 }
 
+// [colour]
+bool read_match(SettingsTable table) {
+  constexpr std::array<std::string_view, 2> kMatches = {"off", "slow"};
+  const bool slow = table.choice("match", kMatches, 0) == 1;
+  table.finish();
+  return slow;
+}
+
 ProjectorSettings read_projector(SettingsTable table) {
   ProjectorSettings projector;
   projector.card = table.text("card", "");
   projector.connector = table.text("connector", "");
   const std::optional<KmsModeWish> mode = parse_kms_mode(table.text("mode", ""));
   if (!mode) table.refuse("mode", "expected a mode like \"1920x1200@60\" or \"1920x1200\"");
-  projector.mode = *mode;
+  if (mode) projector.mode = *mode;
   table.finish();
   return projector;
 }
 
 }  // namespace
 
-RigDevices load_rig_devices(const std::filesystem::path& file, std::span<const std::string> overrides) {
-  SettingsTable table = load_settings(file, overrides);
+RigDevices load_rig_devices(const std::filesystem::path& file, std::span<const std::string> overrides,
+                            SettingsErrors* errors) {
+  SettingsTable table = load_settings(file, overrides, errors);
   std::vector<std::string> views;
-  for (SettingsTable& view : table.tables("view")) views.push_back(view.text("name"));
+  bool named = true;
+  for (SettingsTable& view : table.tables("view")) {
+    views.push_back(view.text("name"));
+    named = named && !view.refused("name");
+  }
+  if (!named) views.clear();
   RigDevices devices;
   devices.cameras = read_cameras(table, views);
+  devices.match_colours = read_match(table.table("colour"));
   devices.sync = read_sync(table.table("sync"));
   devices.projector = read_projector(table.table("display"));
   devices.gpio = read_gpio(table.table("gpio"));

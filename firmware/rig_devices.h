@@ -15,7 +15,7 @@
 
 namespace cupola {
 
-enum class InputDoes : std::uint8_t { kPlayPause, kNext, kBlackout };
+enum class InputDoes : std::uint8_t { kPlayPause, kGo, kNext, kPrevious, kBlackout };
 enum class OutputIs : std::uint8_t { kLamp, kShutter, kCameraTrigger, kTally };
 
 struct PanelInput {
@@ -42,13 +42,16 @@ struct ProjectorSettings {
 
 struct RigDevices {
   std::vector<RigCamera> cameras;
-  SyncSettings sync;  // [sync]
+  SyncSettings sync;           // [sync]
+  bool match_colours = false;  // [colour] match = "slow"
   GpioSettings gpio;
   ProjectorSettings projector;
 };
 
 // Reads what load_rig() passes over in the same file; throws InputError naming file, line and key.
 // `overrides` are "key=value" lines laid over the file.
-RigDevices load_rig_devices(const std::filesystem::path& file, std::span<const std::string> overrides = {});
+// With `errors` they are gathered there.
+RigDevices load_rig_devices(const std::filesystem::path& file, std::span<const std::string> overrides = {},
+                            SettingsErrors* errors = nullptr);
 
 }  // namespace cupola

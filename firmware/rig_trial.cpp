@@ -31,7 +31,16 @@ void print(const RigCamera& camera, const TrialResult& result) {
     fmt::print(", {:+.2f} ms off the first camera (within {:.2f})", *result.offset_ms,
                result.offset_spread_ms);
   }
+  if (result.counts.dropped > 0) fmt::print(", {} dropped", result.counts.dropped);
   fmt::print("\n");
+  if (!result.picture) return;
+  fmt::print("camera {}: brightness {:.0f} %, {:.1f} % of it white, ", camera.view,
+             100.0 * result.picture->mean, 100.0 * result.picture->white_share);
+  if (result.picture->edge_texels > 0.0) {
+    fmt::print("sharpest edges {:.1f} texels wide\n", result.picture->edge_texels);
+  } else {
+    fmt::print("too few edges to tell the focus\n");
+  }
 }
 
 void try_the_cameras(const std::vector<RigCamera>& settings, Complaints& wrong) {
@@ -44,13 +53,8 @@ void try_the_cameras(const std::vector<RigCamera>& settings, Complaints& wrong) 
   Clock& clock = fakes ? static_cast<Clock&>(fake) : static_cast<Clock&>(real);
   CameraDrivers drivers;
   const std::vector<OpenCamera> cameras = drivers.open(settings, clock, fakes ? &fake : nullptr);
-  std::vector<std::unique_ptr<CameraWatch>> owned;
   std::vector<CameraWatch*> watches;
-  for (const OpenCamera& camera : cameras) {
-    owned.push_back(std::make_unique<CameraWatch>(*camera.device, camera.settings.setup, clock,
-                                                  camera.settings.patience));
-    watches.push_back(owned.back().get());
-  }
+  for (const OpenCamera& camera : cameras) watches.push_back(camera.watch.get());
   const std::vector<TrialResult> results = try_cameras(watches, clock, 2s);
   for (std::size_t c = 0; c < results.size(); ++c) {
     print(settings[c], results[c]);

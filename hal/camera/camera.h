@@ -18,7 +18,8 @@ enum class CameraFormat : std::uint8_t {
   kYuyv,    // 4:2:2, bytes Y0 U Y1 V
   kUyvy,    // 4:2:2, bytes U Y0 V Y1
   kNv12,    // 4:2:0, a plane of Y, a plane of bytes U V
-  kI420,    // 4:2:0, planes Y, U, V
+  kI420,    // 4:2:0, planes Y, U, V (V4L2's YU12)
+  kI422,    // 4:2:2, planes Y, U, V (422P)
   kRgb24,   // bytes R G B (V4L2's RGB3)
   kBgr24,   // bytes B G R (BGR3)
   kXrgb32,  // little-endian words 0x--RRGGBB (XR24)

@@ -9,6 +9,7 @@ int plane_count(CameraFormat format) {
     case CameraFormat::kNv12:
       return 2;
     case CameraFormat::kI420:
+    case CameraFormat::kI422:
       return 3;
     default:
       return 1;
@@ -27,6 +28,8 @@ PlaneShape plane_shape(CameraFormat format, int plane, int width, int height) {
       return plane == 0 ? PlaneShape{w, height} : PlaneShape{2 * pairs, (height + 1) / 2};
     case CameraFormat::kI420:
       return plane == 0 ? PlaneShape{w, height} : PlaneShape{pairs, (height + 1) / 2};
+    case CameraFormat::kI422:
+      return {plane == 0 ? w : pairs, height};
     case CameraFormat::kRgb24:
     case CameraFormat::kBgr24:
       return {3 * w, height};

@@ -21,6 +21,33 @@ FakeCamera::FakeCamera(FakeClock& clock, FakeCameraDevice device)
   }
 }
 
+namespace {
+
+// Even sides, within the picture; all of it where that leaves nothing.
+CameraArea crop_to(const CameraArea& wanted, int width, int height) {
+  const int left = std::max(wanted.x, 0) / 2 * 2;
+  const int top = std::max(wanted.y, 0) / 2 * 2;
+  const int right = std::min((wanted.x + wanted.width + 1) / 2 * 2, width);
+  const int bottom = std::min((wanted.y + wanted.height + 1) / 2 * 2, height);
+  if (wanted.width <= 0 || left >= right || top >= bottom) return {0, 0, width, height};
+  return {left, top, right - left, bottom - top};
+}
+
+// Of the frame what lies inside the area.
+void cut(CameraFrame& frame, const CameraArea& area) {
+  frame.width = area.width;
+  frame.height = area.height;
+  for (int p = 0; p < plane_count(frame.format); ++p) {
+    CameraPlane& plane = frame.planes[static_cast<std::size_t>(p)];
+    const PlaneShape before = plane_shape(frame.format, p, area.x, area.y);
+    const std::ptrdiff_t skipped = plane.stride * before.rows + before.row_bytes;
+    plane.data += skipped;
+    plane.bytes -= static_cast<std::size_t>(skipped);
+  }
+}
+
+}  // namespace
+
 std::variant<CameraMode, CameraTrouble> FakeCamera::start(const CameraSetup& setup) noexcept {
   stop();
   const nanoseconds now = clock_.now();
@@ -47,12 +74,14 @@ std::variant<CameraMode, CameraTrouble> FakeCamera::start(const CameraSetup& set
   if (fault(CameraFault::kWrongFormat, now)) {
     mode.format = mode.format == CameraFormat::kGrey ? CameraFormat::kYuyv : CameraFormat::kGrey;
   }
-  mode.width = device_.width;
-  mode.height = fault(CameraFault::kWrongSize, now) ? device_.height / 2 : device_.height;
+  const int height = fault(CameraFault::kWrongSize, now) ? device_.height / 2 : device_.height;
+  const bool crops = device_.crop != FakeCrop::kNone && mode.format != CameraFormat::kMjpeg;
+  mode.crop = crop_to(crops ? setup.crop : CameraArea{}, device_.width, height);
+  mode.width = device_.crop == FakeCrop::kZooms ? device_.width : mode.crop.width;
+  mode.height = device_.crop == FakeCrop::kZooms ? height : mode.crop.height;
   mode.rate = setup.rate > 0.0 ? setup.rate : device_.rate;
-  mode.crop = {0, 0, mode.width, mode.height};
   try {
-    picture_.emplace(mode.format, mode.width, mode.height, device_.number);
+    picture_.emplace(mode.format, device_.width, height, device_.number);
     memory_.resize(static_cast<std::size_t>(setup.buffers));
     for (auto& memory : memory_) {
       memory.resize(picture_->bytes());
@@ -174,6 +203,7 @@ void FakeCamera::lend(const Ready& ready, CameraFrame& frame) noexcept {
   auto& memory = memory_[static_cast<std::size_t>(ready.buffer)];
   places_[static_cast<std::size_t>(ready.buffer)] = Place::kLent;
   picture_->describe(memory.data(), picture_->draw(memory, ready.sequence), frame);
+  if (device_.crop == FakeCrop::kCuts && mode_.format != CameraFormat::kMjpeg) cut(frame, mode_.crop);
   for (CameraPlane& plane : frame.planes) {
     if (fault(CameraFault::kWrongStride, ready.captured_at)) plane.stride /= 2;
     if (fault(CameraFault::kShort, ready.captured_at)) plane.bytes /= 2;

@@ -37,12 +37,19 @@ struct FakeFault {
   std::int64_t amount = 100;
 };
 
+enum class FakeCrop : std::uint8_t {
+  kNone,   // it sends everything
+  kCuts,   // the area that is asked for, with even sides
+  kZooms,  // it says that it sends that area, in as many texels as its whole picture
+};
+
 struct FakeCameraDevice {
   std::string name = "fake";  // setups that ask for another one find none; an empty one finds any
   int number = 0;             // in its pictures
   std::vector<CameraFormat> formats = {CameraFormat::kYuyv};
   int width = 64;  // the only size
   int height = 48;
+  FakeCrop crop = FakeCrop::kNone;      // of kMjpeg always none
   double rate = 60.0;                   // frames a second, where the setup asks for none
   std::chrono::nanoseconds jitter{0};   // frames are captured up to so much later than their time
   std::chrono::nanoseconds latency{0};  // from capture until it can be polled
@@ -94,7 +101,7 @@ class FakeCamera final : public Camera {
   Phase phase_ = Phase::kStopped;
   CameraTrouble loss_;
   CameraMode mode_;
-  std::optional<FakePicture> picture_;
+  std::optional<FakePicture> picture_;             // whole
   std::vector<std::vector<std::uint8_t>> memory_;  // by buffer
   enum class Place : std::uint8_t { kDevice, kReady, kLent };
   std::array<Place, kMostBuffers> places_{};

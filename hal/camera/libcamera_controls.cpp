@@ -114,7 +114,32 @@ CameraArea common_area(const CameraArea& wanted, const CameraArea& whole) {
   return {left, top, right - left, bottom - top};
 }
 
+// Depends on the sensor's mode, so it is known only when the camera is configured. Width 0: unknown.
+CameraArea sensor_area(const libcamera::Camera& camera) {
+  const auto whole = camera.properties().get(libcamera::properties::ScalerCropMaximum);
+  return whole ? area_of(*whole) : CameraArea{};
+}
+
+bool can_crop(const libcamera::Camera& camera) {
+  const CameraArea whole = sensor_area(camera);
+  return whole.width > 0 && whole.height > 0 && has_control(camera.controls(), ids::ScalerCrop);
+}
+
+int texels_of(int part, int whole, int texels) {
+  return static_cast<int>(std::lround(static_cast<double>(part) * texels / whole));
+}
+
 }  // namespace
+
+std::optional<CameraArea> size_of_crop(const CameraSetup& setup, const libcamera::Camera& camera,
+                                       const CameraMode& whole) {
+  if (setup.crop.width <= 0 || !can_crop(camera)) return std::nullopt;
+  const CameraArea sensor = sensor_area(camera);
+  const CameraArea crop = common_area(setup.crop, sensor);
+  if (crop.width == 0) return std::nullopt;
+  return CameraArea{0, 0, texels_of(crop.width, sensor.width, whole.width),
+                    texels_of(crop.height, sensor.height, whole.height)};
+}
 
 std::optional<CameraTrouble> set_controls(const CameraSetup& setup, const libcamera::Camera& camera,
                                           libcamera::ControlList& controls, CameraMode& mode) {
@@ -122,11 +147,9 @@ std::optional<CameraTrouble> set_controls(const CameraSetup& setup, const libcam
   if (auto trouble = set_named(setup, known, controls)) return trouble;
   mode.rate = set_rate(setup.rate, known, controls);
 
-  // The whole picture depends on the sensor's mode, so it is known only now.
-  const auto whole = camera.properties().get(libcamera::properties::ScalerCropMaximum);
-  const bool known_whole = whole && whole->width > 0 && whole->height > 0;
-  mode.crop = known_whole ? area_of(*whole) : CameraArea{0, 0, mode.width, mode.height};
-  if (setup.crop.width > 0 && known_whole && has_control(known, ids::ScalerCrop)) {
+  const CameraArea sensor = sensor_area(camera);
+  mode.crop = sensor.width > 0 && sensor.height > 0 ? sensor : CameraArea{0, 0, mode.width, mode.height};
+  if (setup.crop.width > 0 && can_crop(camera)) {
     const CameraArea crop = common_area(setup.crop, mode.crop);
     if (crop.width == 0) return unsupported("ScalerCrop");
     controls.set(ids::ScalerCrop, libcamera::Rectangle(crop.x, crop.y, static_cast<unsigned int>(crop.width),

@@ -21,11 +21,12 @@ constexpr std::uint32_t fourcc(const char (&name)[5]) {
   return code;
 }
 
-inline constexpr std::array<LibcameraFormat, 9> kLibcameraFormats{{
+inline constexpr std::array<LibcameraFormat, 10> kLibcameraFormats{{
     {CameraFormat::kYuyv, fourcc("YUYV")},
     {CameraFormat::kUyvy, fourcc("UYVY")},
     {CameraFormat::kNv12, fourcc("NV12")},
     {CameraFormat::kI420, fourcc("YU12")},   // libcamera's YUV420
+    {CameraFormat::kI422, fourcc("YU16")},   // libcamera's YUV422
     {CameraFormat::kRgb24, fourcc("BG24")},  // BGR888: R comes first in memory
     {CameraFormat::kBgr24, fourcc("RG24")},  // RGB888
     {CameraFormat::kXrgb32, fourcc("XR24")},

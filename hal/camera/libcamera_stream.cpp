@@ -114,8 +114,19 @@ std::variant<CameraMode, CameraTrouble> LibcameraStream::open(const CameraSetup&
 
 LibcameraStream::Answer LibcameraStream::prepare(const CameraSetup& setup) {
   if (Answer trouble = configure(setup)) return trouble;
+  CameraSetup settled = setup;
+  if (const auto size = size_of_crop(setup, *camera_, mode_)) {
+    settled.formats = {mode_.format};
+    settled.width = size->width;
+    settled.height = size->height;
+    if (configure(settled)) {
+      settled = setup;
+      settled.crop = {};
+      if (Answer trouble = configure(settled)) return trouble;
+    }
+  }
   if (Answer trouble = allocate()) return trouble;
-  return begin(setup);
+  return begin(settled);
 }
 
 LibcameraStream::Answer LibcameraStream::configure(const CameraSetup& setup) {
@@ -189,7 +200,7 @@ LibcameraStream::Answer LibcameraStream::map(Buffer& buffer) {
     plane.data = memory.data() + plane.offset;
     if (mode_.format == CameraFormat::kMjpeg) continue;
     const PlaneShape shape = plane_shape(mode_.format, static_cast<int>(p), mode_.width, mode_.height);
-    plane.stride = mode_.format == CameraFormat::kI420 && p > 0 ? (stride_ + 1) / 2 : stride_;
+    plane.stride = plane_count(mode_.format) == 3 && p > 0 ? (stride_ + 1) / 2 : stride_;
     const std::ptrdiff_t least = plane.stride * (shape.rows - 1) + shape.row_bytes;
     if (plane.stride < shape.row_bytes || plane.offset + static_cast<std::size_t>(least) > memory.bytes()) {
       return CameraTrouble{CameraCause::kUnsupported, "FrameBuffer::planes", 0};

@@ -21,13 +21,15 @@ struct KnownFormat {
   std::size_t memories;  // more than one: multi-planar devices only
 };
 
-constexpr std::array<KnownFormat, 11> kKnown = {{
+constexpr std::array<KnownFormat, 13> kKnown = {{
     {CameraFormat::kYuyv, V4L2_PIX_FMT_YUYV, 1},
     {CameraFormat::kUyvy, V4L2_PIX_FMT_UYVY, 1},
     {CameraFormat::kNv12, V4L2_PIX_FMT_NV12, 1},
     {CameraFormat::kNv12, V4L2_PIX_FMT_NV12M, 2},
     {CameraFormat::kI420, V4L2_PIX_FMT_YUV420, 1},
     {CameraFormat::kI420, V4L2_PIX_FMT_YUV420M, 3},
+    {CameraFormat::kI422, V4L2_PIX_FMT_YUV422P, 1},
+    {CameraFormat::kI422, V4L2_PIX_FMT_YUV422M, 3},
     {CameraFormat::kRgb24, V4L2_PIX_FMT_RGB24, 1},
     {CameraFormat::kBgr24, V4L2_PIX_FMT_BGR24, 1},
     {CameraFormat::kXrgb32, V4L2_PIX_FMT_XBGR32, 1},
@@ -143,7 +145,7 @@ bool lay_out(const Picture& picture, V4l2Layout& layout) noexcept {
       end = 0;
     } else {
       place.stride = picture.strides[0];
-      if (mode.format == CameraFormat::kI420 && p > 0) place.stride /= 2;
+      if (plane_count(mode.format) == 3 && p > 0) place.stride /= 2;
     }
     if (place.stride < shape.row_bytes) return false;
     place.offset = end;

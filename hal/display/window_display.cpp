@@ -116,6 +116,12 @@ void WindowDisplay::handle_events() noexcept {
     if (event.type != SDL_KEYDOWN || event.key.repeat != 0) continue;
     const SDL_Keycode key = event.key.keysym.sym;
     if (key == SDLK_ESCAPE || key == SDLK_q) closed_ = true;
+    if (on_key_ && key == SDLK_LEFT) on_key_('<');
+    if (on_key_ && key == SDLK_RIGHT) on_key_('>');
+    if (on_key_ && (key == SDLK_PLUS || key == SDLK_EQUALS || key == SDLK_KP_PLUS)) on_key_('+');
+    if (on_key_ && (key == SDLK_MINUS || key == SDLK_KP_MINUS)) on_key_('-');
+    const bool letter = key >= SDLK_a && key <= SDLK_z && key != SDLK_q && key != SDLK_f;
+    if (on_key_ && (key == SDLK_SPACE || letter)) on_key_(static_cast<char>(key));
     if (key == SDLK_f) {
       fullscreen_ = !fullscreen_;
       SDL_SetWindowFullscreen(window_.get(), fullscreen_ ? SDL_WINDOW_FULLSCREEN_DESKTOP : 0);

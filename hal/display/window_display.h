@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "hal/display/display.h"
 #include "hal/time/clock.h"
@@ -27,6 +29,9 @@ class WindowDisplay final : public Display {
       override;  // no data where the driver refused it: the next present is kLost
   Presented present(std::chrono::nanoseconds when) noexcept override;
   Presented repeat(std::chrono::nanoseconds when) noexcept override;
+  // Called from present() and repeat() for a key that is not the window's own: a space, a small letter, < and
+  // > for the arrows. Must not throw.
+  void on_key(std::function<void(char)> call) { on_key_ = std::move(call); }
   std::chrono::nanoseconds period() const noexcept override { return period_; }
   const char* trouble() const noexcept override { return "the window's renderer failed"; }
 
@@ -51,6 +56,7 @@ class WindowDisplay final : public Display {
   int width_;
   int height_;
   std::chrono::nanoseconds period_{0};
+  std::function<void(char)> on_key_;
   bool closed_ = false;
   bool lost_ = false;
   bool fullscreen_ = false;

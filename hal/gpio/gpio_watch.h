@@ -1,5 +1,6 @@
 // Keeps a set of lines at work: debounces the inputs, brings back a lost chip with its outputs as they were,
-// and counts. SPDX-License-Identifier: MIT
+// and counts.
+// SPDX-License-Identifier: MIT
 #pragma once
 
 #include <chrono>

@@ -3,6 +3,7 @@
 #include "hal/time/boot_time.h"
 
 #include <ctime>
+#include <fstream>
 
 namespace cupola {
 
@@ -15,6 +16,17 @@ std::chrono::nanoseconds read_clock(clockid_t clock) {
 }
 
 }  // namespace
+
+std::chrono::nanoseconds time_since_boot() noexcept {
+  return read_clock(CLOCK_BOOTTIME);
+}
+
+std::string boot_id() {
+  std::ifstream in("/proc/sys/kernel/random/boot_id");
+  std::string id;
+  std::getline(in, id);
+  return id;
+}
 
 std::chrono::nanoseconds time_asleep() noexcept {
   // Read in this order, the time between the readings can only make the answer smaller.

@@ -1,4 +1,4 @@
-// The machine's monotonic clock, and the fake one's alarms.
+// The machine's monotonic clock with its timers, and the fake one's alarms.
 // SPDX-License-Identifier: MIT
 #include "hal/time/clock.h"
 
@@ -7,8 +7,11 @@
 #include <cassert>
 #include <cerrno>
 #include <ctime>
+#include <system_error>
 
 #include <poll.h>
+#include <sys/timerfd.h>
+#include <unistd.h>
 
 namespace cupola {
 
@@ -60,6 +63,26 @@ bool MonotonicClock::wait(std::span<const int> descriptors, nanoseconds deadline
       return false;
     }
   }
+}
+
+MonotonicClock::~MonotonicClock() {
+  for (const int timer : timers_) close(timer);
+}
+
+int MonotonicClock::add_alarm() {
+  timers_.reserve(timers_.size() + 1);
+  const int timer = timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
+  if (timer < 0) throw std::system_error(errno, std::generic_category(), "timerfd_create");
+  timers_.push_back(timer);
+  return timer;
+}
+
+// Setting it also takes back that it rang.
+void MonotonicClock::set_alarm(int alarm, nanoseconds when) noexcept {
+  itimerspec setting{};  // zero: never
+  if (when != nanoseconds::max()) setting.it_value = timespec_of(std::max(when, nanoseconds(1)));
+  [[maybe_unused]] const int set = timerfd_settime(alarm, TFD_TIMER_ABSTIME, &setting, nullptr);
+  assert(set == 0);
 }
 
 bool FakeClock::wait(std::span<const int> descriptors, nanoseconds deadline) noexcept {

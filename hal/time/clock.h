@@ -19,18 +19,35 @@ class Clock {
   // True as soon as one of at most 16 `descriptors` has something to read, an event or an error; false at
   // `deadline`. Asks once at least, also when the deadline is past. Negative descriptors are passed over.
   virtual bool wait(std::span<const int> descriptors, std::chrono::nanoseconds deadline) noexcept = 0;
+
+  // A descriptor for wait() that has something to read from a time on, once it is set: for devices whose
+  // frames come by the clock. Not in sight at first. The clock's own; throws std::system_error when there is
+  // none left.
+  virtual int add_alarm() = 0;
+  // nanoseconds::max(): not in sight.
+  virtual void set_alarm(int alarm, std::chrono::nanoseconds when) noexcept = 0;
 };
 
-// The machine's own clock.
+// The machine's own clock. Its alarms are the thread's that adds and sets them.
 class MonotonicClock final : public Clock {
  public:
+  MonotonicClock() = default;
+  ~MonotonicClock() override;
+  MonotonicClock(const MonotonicClock&) = delete;
+  MonotonicClock& operator=(const MonotonicClock&) = delete;
+
   std::chrono::nanoseconds now() noexcept override;
   void sleep_until(std::chrono::nanoseconds deadline) noexcept override;
   bool wait(std::span<const int> descriptors, std::chrono::nanoseconds deadline) noexcept override;
+  int add_alarm() override;
+  void set_alarm(int alarm, std::chrono::nanoseconds when) noexcept override;
+
+ private:
+  std::vector<int> timers_;  // timerfds
 };
 
-// A clock that moves only when somebody sleeps, waits or says so; one thread. Fake devices wake those who
-// wait for them by alarms, so that the same steps happen in the same order every time.
+// A clock that moves only when somebody sleeps, waits or says so; one thread. The same steps happen in the
+// same order every time.
 class FakeClock final : public Clock {
  public:
   std::chrono::nanoseconds now() noexcept override { return now_; }
@@ -41,10 +58,8 @@ class FakeClock final : public Clock {
   // waiting.
   bool wait(std::span<const int> descriptors, std::chrono::nanoseconds deadline) noexcept override;
   void advance(std::chrono::nanoseconds step) { now_ += step; }
-
-  // A stand-in for a descriptor: "has something to read" from the alarm's time on.
-  int add_alarm();
-  void set_alarm(int alarm, std::chrono::nanoseconds when) noexcept;  // nanoseconds::max(): not in sight
+  int add_alarm() override;  // no real descriptor
+  void set_alarm(int alarm, std::chrono::nanoseconds when) noexcept override;
 
  private:
   std::chrono::nanoseconds* alarm(int descriptor) noexcept;

@@ -1,4 +1,4 @@
-// Numbered PNG files in a folder.
+// Numbered files in a folder.
 // SPDX-License-Identifier: MIT
 #include "pipeline/frame/numbered_frames.h"
 
@@ -7,12 +7,11 @@
 #include <utility>
 
 #include "pipeline/frame/error.h"
-#include "pipeline/frame/still.h"
 
 namespace cupola {
 
-NumberedFrames::NumberedFrames(std::filesystem::path folder, std::string name)
-    : folder_(std::move(folder)), name_(std::move(name)) {
+NumberedFrames::NumberedFrames(std::filesystem::path folder, std::string name, StillFormat format)
+    : folder_(std::move(folder)), name_(std::move(name)), format_(format) {
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
   if (!std::filesystem::is_directory(folder_)) {
@@ -22,11 +21,11 @@ NumberedFrames::NumberedFrames(std::filesystem::path folder, std::string name)
 }
 
 std::filesystem::path NumberedFrames::path_of(std::int64_t frame) const {
-  return folder_ / fmt::format("{}_{:06}.png", name_, frame + 1);
+  return folder_ / fmt::format("{}_{:06}.{}", name_, frame + 1, format_ == StillFormat::kExr ? "exr" : "png");
 }
 
 void NumberedFrames::write(std::int64_t frame, const Image& image) const {
-  write_png(path_of(frame), image);
+  write_still(path_of(frame), image, format_);
 }
 
 }  // namespace cupola

@@ -12,15 +12,16 @@
 namespace cupola {
 namespace {
 
-constexpr char kExpected[] = "a PNG, JPEG or TIFF picture";
+constexpr char kExpected[] = "a PNG, JPEG, TIFF or EXR picture";
 
-enum class Kind { kPng, kJpeg, kTiff };
+enum class Kind { kPng, kJpeg, kTiff, kExr };
 
 Kind kind_of(std::span<const std::byte> file, const std::string& name) {
   using namespace std::string_view_literals;
   const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
   if (text.starts_with("\x89PNG\r\n\x1a\n"sv)) return Kind::kPng;
   if (text.starts_with("\xff\xd8\xff"sv)) return Kind::kJpeg;
+  if (text.starts_with("\x76\x2f\x31\x01"sv)) return Kind::kExr;
   for (const std::string_view magic : {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv}) {
     if (text.starts_with(magic)) return Kind::kTiff;
   }
@@ -54,6 +55,8 @@ StillInfo probe_still(std::span<const std::byte> file, const std::string& name) 
       return probe_jpeg(file, name);
     case Kind::kTiff:
       return probe_tiff(file, name);
+    case Kind::kExr:
+      return probe_exr(file, name);
   }
   return {};
 }
@@ -80,6 +83,8 @@ int decode_still(std::span<const std::byte> file, const std::string& name, const
       return read_jpeg(file, name, into, rows);
     case Kind::kTiff:
       return read_tiff(file, name, into, rows);
+    case Kind::kExr:
+      return read_exr(file, name, into, rows);
   }
   return 0;
 }
@@ -97,6 +102,10 @@ ImageBuffer read_still(const std::filesystem::path& path) {
   ImageBuffer image(info.format, info.size);
   decode_still(file, path.string(), image.pixels());
   return image;
+}
+
+void write_still(const std::filesystem::path& path, const Image& image, StillFormat format) {
+  format == StillFormat::kExr ? write_exr(path, image) : write_png(path, image);
 }
 
 }  // namespace cupola

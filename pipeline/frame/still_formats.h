@@ -15,12 +15,15 @@ namespace cupola {
 StillInfo probe_png(std::span<const std::byte> file, const std::string& name);
 StillInfo probe_jpeg(std::span<const std::byte> file, const std::string& name);
 StillInfo probe_tiff(std::span<const std::byte> file, const std::string& name);
+StillInfo probe_exr(std::span<const std::byte> file, const std::string& name);
 int read_png(std::span<const std::byte> file, const std::string& name, const MutableImage& into,
              RowRange rows);
 int read_jpeg(std::span<const std::byte> file, const std::string& name, const MutableImage& into,
               RowRange rows);
 int read_tiff(std::span<const std::byte> file, const std::string& name, const MutableImage& into,
               RowRange rows);
+int read_exr(std::span<const std::byte> file, const std::string& name, const MutableImage& into,
+             RowRange rows);
 
 // Throws InputError when a side is 0 or larger than we take.
 void check_size(const std::string& name, std::int64_t width, std::int64_t height);

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "pipeline/frame/image.h"
+#include "pipeline/frame/yuv_to_rgb.h"
 
 namespace cupola {
 
@@ -19,24 +20,10 @@ struct FrameRate {
 // 59.94 is meant as 60000/1001.
 FrameRate frame_rate(double frames_a_second);
 
-// Where a chroma sample lies between the luma samples it is for.
-enum class Siting : std::uint8_t { kBetween, kOnFirst };
-
-struct Y4mHeader {
-  Size size;
+struct Y4mHeader : PlanarVideo {
   FrameRate rate;
-  int bits = 8;            // a sample, 8 to 16; above 8 in little-endian pairs of bytes
-  bool colour = true;      // false: luma only
-  int chroma_shift_x = 0;  // 1: a chroma sample for two columns
-  int chroma_shift_y = 0;
-  Siting siting_x = Siting::kBetween;
-  Siting siting_y = Siting::kBetween;
-  bool full_range = false;
   std::size_t bytes = 0;  // of the line, its line feed included
 
-  int chroma_width() const { return (size.width + chroma_shift_x) >> chroma_shift_x; }
-  int chroma_height() const { return (size.height + chroma_shift_y) >> chroma_shift_y; }
-  int bytes_per_sample() const { return bits > 8 ? 2 : 1; }
   std::int64_t luma_bytes() const { return std::int64_t{size.width} * size.height * bytes_per_sample(); }
   std::int64_t chroma_bytes() const {  // one plane
     return colour ? std::int64_t{chroma_width()} * chroma_height() * bytes_per_sample() : 0;

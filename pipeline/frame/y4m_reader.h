@@ -4,18 +4,18 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "pipeline/frame/file_bytes.h"
 #include "pipeline/frame/image.h"
 #include "pipeline/frame/row_range.h"
 #include "pipeline/frame/y4m_header.h"
+#include "pipeline/frame/yuv_to_rgb.h"
 
 namespace cupola {
 
-// YCbCr is taken as BT.709 whatever the size. Chroma is interpolated linearly at the siting the header gives,
-// and rounded only once, with the RGB result: nearest, within 0.51 steps of the real numbers. One thread at a
-// time.
+// YCbCr is taken as BT.709 whatever the size; converted as YuvToRgb does. One thread at a time.
 class Y4mReader {
  public:
   // Throws InputError: no Y4M, a kind not understood, an incomplete last frame.
@@ -33,20 +33,13 @@ class Y4mReader {
   void read(std::int64_t frame, const MutableImage& into, RowRange rows = {});
 
  private:
-  template <class Sample>
-  void convert_rows(const MutableImage& into, RowRange rows, RowRange chroma_rows);
-  template <class Sample>
-  void interpolate_chroma(int plane, int y, RowRange chroma_rows);
-
   RegularFile file_;
   std::string name_;
   Y4mHeader header_;
   std::int64_t frames_ = 0;
-  std::vector<std::byte> luma_;                // the rows asked for
-  std::vector<std::byte> chroma_[2];           // those they need
-  std::vector<std::int32_t> column_;           // one chroma row between the rows, times 4
-  std::vector<std::int32_t> interpolated_[2];  // Cb and Cr for each pixel of a row, times 16
-  ImageBuffer row_;                            // one row of RGB
+  std::vector<std::byte> luma_;       // the rows asked for
+  std::vector<std::byte> chroma_[2];  // those they need
+  std::optional<YuvToRgb> to_rgb_;
 };
 
 }  // namespace cupola

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "pipeline/frame/error.h"
-#include "pipeline/optics/portable_math.h"
+#include "pipeline/portable/portable_math.h"
 
 namespace cupola {
 namespace {

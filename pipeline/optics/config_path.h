@@ -1,5 +1,6 @@
 // Where named configuration files are: beside the file that names them, then installed, then in the source
-// tree. SPDX-License-Identifier: MIT
+// tree.
+// SPDX-License-Identifier: MIT
 #pragma once
 
 #include <filesystem>

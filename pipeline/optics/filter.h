@@ -14,10 +14,11 @@ enum class Kernel : std::uint8_t {
   kOptimal,   // no kernel: least squares, see pipeline/warp/least_squares.h
 };
 
-// How many bits the warp table's weights have.
+// How many bits the warp table's weights have, and how it is kept.
 enum class TableForm : std::uint8_t {
   kFast,     // weights of a pixel sum to 2^8 to 2^10; wide footprints as kPrecise
   kPrecise,  // weights of a pixel sum to 2^13
+  kCompact,  // kFast in memory, packed where it is stored (pipeline/warp/table_packing.h)
 };
 
 inline constexpr double kDefaultNoise = 1e-3;
@@ -30,6 +31,12 @@ struct FilterSettings {
   double rec = 0.5;     // texels^2 added to the ellipse to reconstruct: 0 in 1986, 1 with Heckbert in 1989
   TableForm table = TableForm::kFast;
   double noise = kDefaultNoise;  // kOptimal: variance of noise in a texel, as a share of the picture's
+};
+
+// What samples mean to the filter, and how they are narrowed. No bearing on weights.
+struct SampleSettings {
+  bool linear_light = false;  // samples are sRGB: filtered as light, not as they are encoded
+  bool dither = true;         // from more than 8 bits to 8
 };
 
 inline FilterSettings default_gaussian() {

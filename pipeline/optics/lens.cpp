@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "pipeline/optics/portable_math.h"
+#include "pipeline/portable/portable_math.h"
 
 namespace cupola {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "pipeline/optics/config_path.h"
 #include "pipeline/optics/lens.h"
-#include "pipeline/optics/portable_math.h"
+#include "pipeline/portable/portable_math.h"
 #include "pipeline/settings/settings.h"
 
 namespace cupola {
@@ -20,6 +20,11 @@ double half_fov(SettingsTable& table, double most_degrees) {
 
 Lens read_model(SettingsTable& table) {
   const std::size_t model = table.choice("model", kModelNames);
+  if (table.refused("model")) {
+    half_fov(table, 360.0);
+    if (table.has("coefficients")) table.numbers("coefficients", 1, 16);
+    return omnimax_c430();
+  }
   Lens lens;
   switch (model) {
     case 0:
@@ -50,15 +55,24 @@ Lens read_model(SettingsTable& table) {
 
 Lens read_lens(SettingsTable& table, const std::filesystem::path& directory) {
   if (table.has("file")) {
-    const std::filesystem::path file = find_config(table.text("file"), directory, "lenses");
+    const std::string name = table.text("file");
+    const std::filesystem::path file = name.empty() ? "" : find_config(name, directory, "lenses");
     if (file.empty()) table.refuse("file", "expected a lens file beside the rig or in config/lenses");
     table.finish();
-    SettingsTable own = load_settings(file);
-    if (own.has("file")) own.refuse("file", "expected a lens with a model, not another file");
-    return read_lens(own, file.parent_path());
+    Lens lens = omnimax_c430();
+    if (file.empty()) return lens;
+    table.attempt("file", [&] {
+      SettingsTable own = load_settings(file, {}, table.errors());
+      if (own.has("file")) {
+        own.refuse("file", "expected a lens with a model, not another file");
+      } else {
+        lens = read_lens(own, file.parent_path());
+      }
+    });
+    return lens;
   }
   Lens lens = read_model(table);
-  const std::string wrong = fault(lens);
+  const std::string wrong = table.refused("") ? "" : fault(lens);
   if (!wrong.empty()) table.refuse(table.has("coefficients") ? "coefficients" : "model", wrong);
   table.finish();
   return lens;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/optics/portable_math.h"
+#include "pipeline/portable/portable_math.h"
 
 namespace cupola {
 namespace {
@@ -81,7 +81,7 @@ double fisheye_angle(const std::array<double, 8>& k, double radius, double limit
 // The distorted plane point of direction `d`, and unless kGradients is false its gradients by d. False where
 // the model does not reach.
 template <bool kGradients>
-bool plane_point(const View& view, const Vec3& d, PlanePoint& p, Vec3& da, Vec3& db) {
+bool plane_point_at_eye(const View& view, const Vec3& d, PlanePoint& p, Vec3& da, Vec3& db) {
   const double x = glm::dot(d, view.right);
   const double y = glm::dot(d, view.up);
   const double z = glm::dot(d, view.forward);
@@ -129,6 +129,28 @@ bool plane_point(const View& view, const Vec3& d, PlanePoint& p, Vec3& da, Vec3&
   return true;
 }
 
+// The same from the rig's centre: w = d - |d| s, and dw/dd = I - s d^T / |d|.
+template <bool kGradients>
+bool plane_point(const View& view, const Vec3& d, PlanePoint& p, Vec3& da, Vec3& db) {
+  if (!is_shifted(view)) return plane_point_at_eye<kGradients>(view, d, p, da, db);
+  const double length = std::sqrt(glm::dot(d, d));
+  if (!plane_point_at_eye<kGradients>(view, d - length * view.shift, p, da, db)) return false;
+  if constexpr (kGradients) {
+    const Vec3 unit = d / length;
+    da -= glm::dot(da, view.shift) * unit;
+    db -= glm::dot(db, view.shift) * unit;
+  }
+  return true;
+}
+
+// Where the eye's unit direction `w` meets the unit sphere about the rig's centre: |s + t w| = 1, t > 0.
+Vec3 seen_from_centre(const View& view, const Vec3& w) {
+  if (!is_shifted(view)) return w;
+  const double along = glm::dot(view.shift, w);
+  const double t = std::sqrt(along * along + (1.0 - glm::dot(view.shift, view.shift))) - along;
+  return glm::normalize(view.shift + t * w);
+}
+
 // Position within the picture as shares of its width and height, 0 to 1 inside.
 bool share(const View& view, const Vec3& d, Vec2& at) {
   PlanePoint p{};
@@ -137,6 +159,20 @@ bool share(const View& view, const Vec3& d, Vec2& at) {
   if (!plane_point<false>(view, d, p, da, db)) return false;
   at = {p.a * view.focal.x + view.principal.x, p.b * view.focal.y + view.principal.y};
   return true;
+}
+
+Vec3 direction_at_eye(const View& view, const Vec2& uv) {
+  PlanePoint p{(uv.x / view.size.width - view.principal.x) / view.focal.x,
+               (uv.y / view.size.height - view.principal.y) / view.focal.y};
+  if (view.distortion == Distortion::kFisheye) {
+    const double radius = std::sqrt(p.a * p.a + p.b * p.b);
+    if (radius < 1e-12) return view.forward;
+    const double angle = fisheye_angle(view.coefficients, radius, view.limit);
+    const auto [sine, cosine] = portable::sine_cosine(angle);
+    return view.forward * cosine + (view.right * p.a - view.up * p.b) * (sine / radius);
+  }
+  if (view.distortion == Distortion::kRadialTangential) p = unbend(view.coefficients, p);
+  return glm::normalize(view.forward + view.right * p.a - view.up * p.b);
 }
 
 // Range of x / z over directions within `angle` of one whose components are (x, z): the plane through the
@@ -157,6 +193,19 @@ void tangent_range(double x, double z, double angle, double& least, double& most
   }
   if (middle - spread > -kEdge) least = portable::tangent(middle - spread);
   if (middle + spread < kEdge) most = portable::tangent(middle + spread);
+}
+
+struct EyeCone {
+  Vec3 axis;
+  double angle;
+};
+
+// A cone that holds, as the eye sees it, all that lies within `angle` of `axis` from the centre. A step on
+// the unit sphere is seen from the eye at most 1 / (1 - |s|) times as large, that being its distance from
+// there.
+EyeCone cone_at_eye(const View& view, const Vec3& axis, double angle) {
+  if (!is_shifted(view)) return {axis, angle};
+  return {glm::normalize(axis - view.shift), angle / (1.0 - glm::length(view.shift))};
 }
 
 // Whether a cone about (x, y, z), along right, up and forward, lies wholly beyond one of the four planes
@@ -240,17 +289,7 @@ bool project(const View& view, const Vec3& d, ViewSample& sample) {
 }
 
 Vec3 direction_at(const View& view, const Vec2& uv) {
-  PlanePoint p{(uv.x / view.size.width - view.principal.x) / view.focal.x,
-               (uv.y / view.size.height - view.principal.y) / view.focal.y};
-  if (view.distortion == Distortion::kFisheye) {
-    const double radius = std::sqrt(p.a * p.a + p.b * p.b);
-    if (radius < 1e-12) return view.forward;
-    const double angle = fisheye_angle(view.coefficients, radius, view.limit);
-    const auto [sine, cosine] = portable::sine_cosine(angle);
-    return view.forward * cosine + (view.right * p.a - view.up * p.b) * (sine / radius);
-  }
-  if (view.distortion == Distortion::kRadialTangential) p = unbend(view.coefficients, p);
-  return glm::normalize(view.forward + view.right * p.a - view.up * p.b);
+  return seen_from_centre(view, direction_at_eye(view, uv));
 }
 
 bool covers(const View& view, const Vec3& d) {
@@ -274,10 +313,12 @@ int owner(std::span<const View> views, const Vec3& d) {
   return best;
 }
 
-TexelBox texels_near(const View& view, const Vec3& axis, double angle) {
+TexelBox texels_near(const View& view, const Vec3& around, double within) {
   const int width = view.size.width;
   const int height = view.size.height;
-  if (view.distortion != Distortion::kNone) return distorted_texels_near(view, axis, angle);
+  if (view.distortion != Distortion::kNone) return distorted_texels_near(view, around, within);
+  const auto [axis, angle] = cone_at_eye(view, around, within);
+  if (angle > kFarthest) return {0, 0, width, height};
   const double x = glm::dot(axis, view.right);
   const double y = glm::dot(axis, view.up);
   const double z = glm::dot(axis, view.forward);

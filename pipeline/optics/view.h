@@ -1,4 +1,4 @@
-// Views: cube faces, perspective pictures and calibrated cameras, all with the eye at the same point.
+// Views: cube faces, perspective pictures and calibrated cameras, from the rig's centre or beside it.
 // SPDX-License-Identifier: MIT
 #pragma once
 
@@ -32,8 +32,14 @@ struct View {
   std::array<double, 8> coefficients{};  // in the order given above
   double limit =
       0.0;  // kRadialTangential: largest tan(angle) before the model folds; kFisheye: largest angle
-  double rec_v = 1.0;  // warp tables: rec along v in units of the filter's, for texels unequally far apart
+  double rec_v = 1.0;    // warp tables: rec along v in units of the filter's, for texels unequally far apart
+  Vec3 position_m{0.0};  // of the eye, from the rig's centre, along the axes that the pose is in
+  Vec3 shift{0.0};       // position over the distance at which seams close, see set_shifts(); 0: no parallax
 };
+
+inline bool is_shifted(const View& view) {
+  return view.shift.x != 0.0 || view.shift.y != 0.0 || view.shift.z != 0.0;
+}
 
 struct ViewSample {
   Vec2 uv;
@@ -43,6 +49,10 @@ struct ViewSample {
 
 // The named pose of CONVENTIONS: front, left, right, top, bottom, back. False when there is no such name.
 bool named_pose(std::string_view name, View& view);
+
+// Directions are those from the rig's centre. A view from beside it sees what lies in direction d, at the
+// distance at which seams close, in direction w = d - |d| shift: that is what its pose and its model are
+// about.
 
 // Where direction `d` (any length) falls in the view's plane, inside its picture or out. False where the
 // model does not reach: behind a perspective view, past the limit of a calibrated one.
@@ -60,7 +70,8 @@ inline double density(const ViewSample& sample, const Vec3& d) {
 // True when `d` falls into the view's picture, its edges included.
 bool covers(const View& view, const Vec3& d);
 
-// The covering view with the largest forward cosine, the earlier one on a tie; -1 when none covers `d`.
+// The covering view with the largest forward cosine of `d` itself, shifted or not, the earlier one on a tie;
+// -1 when none covers `d`.
 int owner(std::span<const View> views, const Vec3& d);
 
 // Texels farther than this from a pixel's ray weigh nothing, however wide the footprint: the plane in which

@@ -8,12 +8,14 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <set>
 #include <system_error>
 
 #include <toml++/toml.h>
 
 #include "pipeline/frame/error.h"
+#include "pipeline/settings/settings_errors.h"
 
 namespace cupola {
 namespace {
@@ -164,8 +166,13 @@ struct SettingsTable::State {
   const toml::table* values = nullptr;    // null when the table is missing
   std::string prefix;                     // "frame." within [frame]
   std::string origin;                     // file:line of the table
+  SettingsErrors* errors = nullptr;       // null: the first error is thrown
+  SettingsErrors::Place at;               // of the table
+  bool silent = false;                    // the table is missing where it must not, or is none
   std::set<std::string, std::less<>> asked;
   std::set<std::string, std::less<>> known;  // asked for, or whether it is there
+  // Keys of which something was said, and for those that are not there its number among the errors.
+  mutable std::map<std::string, std::optional<std::size_t>, std::less<>> wrong;
 
   const toml::node* find(std::string_view key) const { return values ? values->get(key) : nullptr; }
   const toml::node* ask(std::string_view key) {
@@ -177,26 +184,47 @@ struct SettingsTable::State {
     const toml::node* node = find(key);
     return node ? place(node->source(), origin) : origin;
   }
-  [[noreturn]] void refuse(std::string_view key, std::string_view message) const {
+  SettingsErrors::Place place_of(std::string_view key) const {
+    const toml::node* node = find(key);
+    if (!node || node->source().begin.line == 0) return at;
+    const bool own = !node->source().path || !node->source().path->starts_with("--set ");
+    return {at.file, own ? node->source().begin.line : std::uint32_t{0}};
+  }
+  void refuse(std::string_view key, std::string_view message) const {
     std::string name = prefix + std::string(key);
     if (key.empty() && !name.empty()) name.pop_back();
-    throw InputError(where(key) + ": " + (name.empty() ? "" : name + ": ") + std::string(message));
+    std::string line = where(key) + ": " + (name.empty() ? "" : name + ": ") + std::string(message);
+    if (!errors) throw InputError(line);
+    if (silent || wrong.contains(key)) return;
+    const std::size_t index = errors->add(place_of(key), std::move(line));
+    wrong.emplace(key, find(key) || key.empty() ? std::nullopt : std::optional(index));
   }
-  [[noreturn]] void refuse_value(std::string_view key, const toml::node* node,
-                                 const std::string& expected) const {
+  void refuse_value(std::string_view key, const toml::node* node, const std::string& expected) const {
     refuse(key, node ? expected + ", not " + described(*node) : "missing; " + expected);
   }
+  // None where it was refused.
   std::vector<const toml::node*> list(std::string_view key, std::size_t least, std::size_t most,
                                       std::string_view what) {
     const toml::node* node = ask(key);
     const toml::array* array = node ? node->as_array() : nullptr;
-    if (!array) refuse_value(key, node, "expected a list of " + count(least, most, what));
+    if (!array) {
+      refuse_value(key, node, "expected a list of " + count(least, most, what));
+      return {};
+    }
     if (array->size() < least || array->size() > most) {
       refuse(key, "expected a list of " + count(least, most, what) + ", not of " + written(array->size()));
+      return {};
     }
     std::vector<const toml::node*> nodes;
     for (const toml::node& element : *array) nodes.push_back(&element);
     return nodes;
+  }
+  std::unique_ptr<State> within(std::string_view key, const std::string& suffix) const {
+    auto state = std::make_unique<State>();
+    state->prefix = prefix + std::string(key) + suffix + ".";
+    state->errors = errors;
+    state->silent = silent;
+    return state;
   }
 };
 
@@ -227,6 +255,7 @@ double SettingsTable::number(std::string_view key, double least, double most,
     if (value >= least && value <= most && std::isfinite(value)) return value;
   }
   state_->refuse_value(key, node, range("a number", written(least), written(most)));
+  return fallback.value_or(least);
 }
 
 std::int64_t SettingsTable::integer(std::string_view key, std::int64_t least, std::int64_t most,
@@ -238,6 +267,7 @@ std::int64_t SettingsTable::integer(std::string_view key, std::int64_t least, st
     if (value >= least && value <= most) return value;
   }
   state_->refuse_value(key, node, range("a whole number", written(least), written(most)));
+  return fallback.value_or(least);
 }
 
 bool SettingsTable::flag(std::string_view key, std::optional<bool> fallback) {
@@ -245,6 +275,7 @@ bool SettingsTable::flag(std::string_view key, std::optional<bool> fallback) {
   if (!node && fallback) return *fallback;
   if (node && node->is_boolean()) return node->as_boolean()->get();
   state_->refuse_value(key, node, "expected true or false");
+  return fallback.value_or(false);
 }
 
 std::string SettingsTable::text(std::string_view key, std::optional<std::string> fallback) {
@@ -252,6 +283,7 @@ std::string SettingsTable::text(std::string_view key, std::optional<std::string>
   if (!node && fallback) return *fallback;
   if (node && node->is_string()) return node->as_string()->get();
   state_->refuse_value(key, node, "expected a text in quotes");
+  return fallback.value_or("");
 }
 
 std::size_t SettingsTable::choice(std::string_view key, std::span<const std::string_view> names,
@@ -268,6 +300,7 @@ std::size_t SettingsTable::choice(std::string_view key, std::span<const std::str
     }
   }
   state_->refuse_value(key, node, "expected " + alternatives(names));
+  return fallback.value_or(0);
 }
 
 std::vector<double> SettingsTable::numbers(std::string_view key, std::size_t least, std::size_t most) {
@@ -277,9 +310,12 @@ std::vector<double> SettingsTable::numbers(std::string_view key, std::size_t lea
     if (!std::isfinite(value)) {
       state_->refuse(
           key, "expected finite numbers, not " + described(*node) + " at place " + written(values.size()));
+      values.clear();
+      break;
     }
     values.push_back(value);
   }
+  if (values.size() < least) values.resize(least);
   return values;
 }
 
@@ -289,9 +325,12 @@ std::vector<std::string> SettingsTable::texts(std::string_view key, std::size_t 
     if (!node->is_string()) {
       state_->refuse(
           key, "expected texts in quotes, not " + described(*node) + " at place " + written(values.size()));
+      values.clear();
+      break;
     }
     values.push_back(node->as_string()->get());
   }
+  if (values.size() < least) values.resize(least);
   return values;
 }
 
@@ -299,10 +338,11 @@ SettingsTable SettingsTable::table(std::string_view key) {
   const toml::node* node = state_->ask(key);
   if (node && !node->is_table())
     state_->refuse_value(key, node, "expected the table [" + std::string(key) + "]");
-  auto within = std::make_unique<State>();
+  auto within = state_->within(key, "");
   within->values = node ? node->as_table() : nullptr;
-  within->prefix = state_->prefix + std::string(key) + ".";
   within->origin = state_->where(key);
+  within->at = state_->place_of(key);
+  within->silent = state_->silent || state_->wrong.contains(key);
   return SettingsTable(std::move(within));
 }
 
@@ -313,39 +353,73 @@ std::vector<SettingsTable> SettingsTable::tables(std::string_view key) {
   const toml::array* array = node->as_array();
   if (!array || (!array->empty() && !array->is_array_of_tables())) {
     state_->refuse_value(key, node, "expected tables headed [[" + std::string(key) + "]]");
+    return result;
   }
   for (const toml::node& element : *array) {
-    auto within = std::make_unique<State>();
+    auto within = state_->within(key, "." + written(result.size()));
     within->values = element.as_table();
-    within->prefix = state_->prefix + std::string(key) + "." + written(result.size()) + ".";
     within->origin = place(element.source(), state_->origin);
+    within->at = {state_->at.file, element.source().begin.line};
     result.push_back(SettingsTable(std::move(within)));
   }
   return result;
 }
 
+void SettingsTable::may_have(std::initializer_list<std::string_view> keys) {
+  for (const std::string_view key : keys) state_->ask(key);
+}
+
 void SettingsTable::finish() const {
   if (!state_->values) return;
-  const toml::key* first = nullptr;
+  std::vector<const toml::key*> strangers;
   for (auto&& [key, node] : *state_->values) {
-    if (state_->asked.contains(key.str())) continue;
-    if (!first || key.source().begin.line < first->source().begin.line) first = &key;
+    if (!state_->asked.contains(key.str())) strangers.push_back(&key);
   }
-  if (!first) return;
-  if (state_->known.contains(first->str())) state_->refuse(first->str(), "has no meaning here");
+  std::stable_sort(strangers.begin(), strangers.end(), [](const toml::key* a, const toml::key* b) {
+    return a->source().begin.line < b->source().begin.line;
+  });
   const std::vector<std::string_view> names(state_->known.begin(), state_->known.end());
-  if (names.empty()) state_->refuse(first->str(), "unknown key");
-  const std::string_view nearest = nearest_name(first->str(), names);
-  state_->refuse(first->str(), nearest.empty() ? "unknown key; known are " + alternatives(names)
-                                               : "unknown key; did you mean " + std::string(nearest) + "?");
+  for (const toml::key* key : strangers) {
+    if (state_->known.contains(key->str())) {
+      state_->refuse(key->str(), "has no meaning here");
+      continue;
+    }
+    const std::string_view nearest = nearest_name(key->str(), names);
+    state_->refuse(key->str(), names.empty()     ? "unknown key"
+                               : nearest.empty() ? "unknown key; known are " + alternatives(names)
+                                                 : "unknown key; did you mean " + std::string(nearest) + "?");
+    const auto missed = state_->wrong.find(nearest);
+    if (missed != state_->wrong.end() && missed->second) state_->errors->withdraw(*missed->second);
+  }
 }
 
 void SettingsTable::refuse(std::string_view key, std::string_view message) const {
   state_->refuse(key, message);
 }
 
-SettingsTable load_settings(const std::filesystem::path& file, std::span<const std::string> overrides) {
+bool SettingsTable::refused(std::string_view key) const {
+  return key.empty() ? !state_->wrong.empty() : state_->wrong.contains(key);
+}
+
+void SettingsTable::attempt(std::string_view key, const std::function<void()>& read) const {
+  try {
+    read();
+  } catch (const InputError& error) {
+    if (!state_->errors) throw;
+    if (state_->silent || !state_->wrong.emplace(key, std::nullopt).second) return;
+    state_->errors->add(state_->place_of(key), error.what());
+  }
+}
+
+SettingsErrors* SettingsTable::errors() const {
+  return state_->errors;
+}
+
+SettingsTable load_settings(const std::filesystem::path& file, std::span<const std::string> overrides,
+                            SettingsErrors* errors) {
   auto state = std::make_unique<SettingsTable::State>();
+  state->errors = errors;
+  if (errors) state->at = {errors->begin_file(file.string()), 0};
   try {
     state->document = std::make_unique<toml::table>(toml::parse(contents(file), file.string()));
   } catch (const toml::parse_error& error) {
@@ -353,7 +427,12 @@ SettingsTable load_settings(const std::filesystem::path& file, std::span<const s
   }
   for (const std::string& line : overrides) {
     const std::string source = "--set " + line;
-    lay_over(*state->document, parse_override(line, source), source);
+    try {
+      lay_over(*state->document, parse_override(line, source), source);
+    } catch (const InputError& error) {
+      if (!errors) throw;
+      errors->add(state->at, error.what());
+    }
   }
   state->values = state->document.get();
   state->origin = file.string();

@@ -26,8 +26,9 @@ struct FaceSet {
 enum class Fetch : std::uint8_t {
   kNew,        // the faces are those of the frame asked for
   kUnchanged,  // the same, and no texel differs from the set fetched before
+  kNotYet,     // the frame is not there in time; ask again
   kEnd,        // the source has no such frame
-  kFailed,     // the frame could not be had; the faces of the last good one stand
+  kFailed,     // the frame could not be had
 };
 
 // Life: constructed (files are opened, sizes known; throws InputError) -> prepare, once -> fetch, often.
@@ -42,7 +43,9 @@ class FaceSource {
   virtual std::optional<std::int64_t> length() const = 0;
   // Allocates everything. `needed` tells for each view which texels will be used. Throws InputError.
   virtual void prepare(std::span<const NeededRegion> needed) = 0;
-  // Any frame from 0, usually in rising order. Never throws. `faces` keeps its memory from call to call.
+  // Any frame from 0, usually in rising order. Never throws. `faces` keeps its memory from call to call; what
+  // it holds stands unless kNew or kUnchanged is given, but is made black ones where it holds none. A source
+  // that is behind may give a frame that was due before, as kNew.
   virtual Fetch fetch(std::int64_t frame, FaceSet& faces) noexcept = 0;
 };
 

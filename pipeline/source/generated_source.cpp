@@ -17,24 +17,27 @@ namespace {
 
 constexpr int kBandRows = 8;  // of one task; texels share their corners within a band
 
-// Directions across an undistorted view's plane, without the divisions of direction_at().
+// Directions across the plane of an undistorted view from the centre, without the divisions of
+// direction_at().
 class TexelRays {
  public:
-  explicit TexelRays(const View& view) : view_(view) {
-    if (view.distortion != Distortion::kNone) return;
+  explicit TexelRays(const View& view)
+      : view_(view), straight_(view.distortion == Distortion::kNone && !is_shifted(view)) {
+    if (!straight_) return;
     per_u_ = view.right / (view.focal.x * view.size.width);
     per_v_ = -view.up / (view.focal.y * view.size.height);
     corner_ = view.forward - per_u_ * (view.principal.x * view.size.width) -
               per_v_ * (view.principal.y * view.size.height);
   }
   Vec3 at(double u, double v) const {
-    if (view_.distortion != Distortion::kNone) return direction_at(view_, {u, v});
+    if (!straight_) return direction_at(view_, {u, v});
     const Vec3 d = corner_ + u * per_u_ + v * per_v_;
     return d * (1.0 / std::sqrt(glm::dot(d, d)));
   }
 
  private:
   const View& view_;
+  bool straight_;
   Vec3 corner_{0.0}, per_u_{0.0}, per_v_{0.0};
 };
 
@@ -102,12 +105,13 @@ GeneratedSource::GeneratedSource(std::span<const View> views, const Mat3& world_
     face.view.forward = rotation * view.forward;
     face.view.right = rotation * view.right;
     face.view.up = rotation * view.up;
+    face.view.shift = rotation * view.shift;
     if (face.view.size == Size{}) face.view.size = default_size;
     const Size size = face.view.size;
     const double focal = std::min(view.focal.x * size.width, view.focal.y * size.height);  // texels
-    face.texel = 0.75 / focal;
+    face.texel = 0.75 / focal * (1.0 + glm::length(view.shift));
     face.reach = -2.0;
-    if (view.distortion == Distortion::kNone) {
+    if (view.distortion == Distortion::kNone && !is_shifted(view)) {
       for (const Vec2 corner : {Vec2{0, 0}, Vec2{0, 1}, Vec2{1, 0}, Vec2{1, 1}}) {
         const Vec2 tangents = (corner - view.principal) / view.focal;
         const double cosine = 1.0 / std::sqrt(1.0 + glm::dot(tangents, tangents));

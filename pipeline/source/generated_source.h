@@ -38,7 +38,7 @@ class GeneratedSource final : public FaceSource {
   struct Face {
     View view;           // in the world's own space
     double texel = 0.0;  // radians, the widest one's diagonal half
-    double reach = 0.0;  // cosine of the farthest corner's angle from view.forward; -2 when distorted
+    double reach = 0.0;  // cosine of the farthest corner's angle from view.forward; -2: not known
     NeededRegion needed;
     ImageBuffer backdrop;              // kRgbPlanar16
     ImageBuffer canvas;                // kRgbPlanar16: backdrop and sprites; empty when nothing moves

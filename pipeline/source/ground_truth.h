@@ -1,5 +1,6 @@
 // What a perfect renderer would show: worlds averaged over the pixels of a frame, straight from their
-// formulas. SPDX-License-Identifier: MIT
+// formulas.
+// SPDX-License-Identifier: MIT
 #pragma once
 
 #include <vector>

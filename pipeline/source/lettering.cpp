@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "pipeline/optics/portable_math.h"
+#include "pipeline/portable/portable_math.h"
 
 namespace cupola {
 namespace {

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
+#include "pipeline/source/face_part.h"
 #include "pipeline/source/lettering.h"
 
 namespace cupola {
@@ -19,7 +21,7 @@ constexpr std::uint8_t kNoColour = 128;
 constexpr int kKept = -1;  // as a frame's buffer: nobody's
 
 // The picture's name in the middle of dark grey, legible in the dome and no brighter than it needs to be.
-void draw_slate(const std::string& name, const MutableYuvImage& slate) {
+void draw_slate(const std::string& name, const MutableNativeImage& slate) {
   const std::vector<Label> labels = {{name, {0, 0, -1}, {0, 1, 0}, 0.2, 0.03}};
   const Lettering letters(labels);
   const Size size = slate.size;
@@ -28,7 +30,9 @@ void draw_slate(const std::string& name, const MutableYuvImage& slate) {
     for (int x = 0; x < size.width; ++x) {
       const Vec3 direction = glm::normalize(
           Vec3{scale * (x + 0.5 - size.width / 2.0), scale * (size.height / 2.0 - y - 0.5), -1.0});
-      *sample_at(slate, 0, x, y) = letters.distance(direction) < 0.0 ? kSlateLetters : kSlateGrey;
+      const std::uint8_t grey = letters.distance(direction) < 0.0 ? kSlateLetters : kSlateGrey;
+      for (int channel = 0; channel < (is_rgb(slate.layout) ? 3 : 1); ++channel)
+        *sample_at(slate, channel, x, y) = grey;
     }
   }
   const Size chroma = chroma_size(slate.layout, size);
@@ -39,21 +43,11 @@ void draw_slate(const std::string& name, const MutableYuvImage& slate) {
   }
 }
 
-// All that the warp was made for.
-bool alike(const CameraMode& a, const CameraMode& b) {
-  return a.format == b.format && a.width == b.width && a.height == b.height && a.bt709 == b.bt709 &&
-         a.full_range == b.full_range;
+Size size_of(const TexelBox& box) {
+  return {box.x1 - box.x0, box.y1 - box.y0};
 }
 
-YuvImage image_of(const CameraFrame& frame, const YuvImage& like) {
-  YuvImage image = like;
-  for (std::size_t p = 0; p < plane_count(like.layout); ++p) {
-    image.planes[p] = {frame.planes[p].data, frame.planes[p].stride};
-  }
-  return image;
-}
-
-CameraFrame frame_of(const YuvImage& image, const CameraFrame& like) {
+CameraFrame frame_of(const NativeImage& image, const CameraFrame& like) {
   CameraFrame frame = like;
   frame.buffer = kKept;
   for (std::size_t p = 0; p < plane_count(image.layout); ++p) {
@@ -63,7 +57,7 @@ CameraFrame frame_of(const YuvImage& image, const CameraFrame& like) {
 }
 
 // Returns the bytes copied.
-std::uint64_t copy(const YuvImage& from, const MutableYuvImage& to) {
+std::uint64_t copy(const NativeImage& from, const MutableNativeImage& to) {
   std::uint64_t bytes = 0;
   for (std::size_t p = 0; p < plane_count(from.layout); ++p) {
     const Size rows = plane_bytes(from.layout, from.size, p);
@@ -77,22 +71,27 @@ std::uint64_t copy(const YuvImage& from, const MutableYuvImage& to) {
 
 }  // namespace
 
-bool layout_of(CameraFormat format, YuvLayout& layout) {
+std::optional<NativeLayout> layout_of(CameraFormat format) {
   switch (format) {
     case CameraFormat::kYuyv:
-      layout = YuvLayout::kYuyv;
-      return true;
+      return NativeLayout::kYuyv;
     case CameraFormat::kUyvy:
-      layout = YuvLayout::kUyvy;
-      return true;
+      return NativeLayout::kUyvy;
     case CameraFormat::kNv12:
-      layout = YuvLayout::kNv12;
-      return true;
+      return NativeLayout::kNv12;
     case CameraFormat::kI420:
-      layout = YuvLayout::kI420;
-      return true;
+    case CameraFormat::kGrey:
+      return NativeLayout::kI420;
+    case CameraFormat::kI422:
+      return NativeLayout::kI422;
+    case CameraFormat::kRgb24:
+      return NativeLayout::kRgb24;
+    case CameraFormat::kBgr24:
+      return NativeLayout::kBgr24;
+    case CameraFormat::kXrgb32:
+      return NativeLayout::kXrgb32;
     default:
-      return false;
+      return std::nullopt;
   }
 }
 
@@ -105,14 +104,17 @@ LiveFaces::LiveFaces(std::vector<LiveView> views, Clock& clock, const SyncSettin
     : views_(std::move(views)),
       clock_(clock),
       sync_(views_.size(), settings),
+      shown_(views_.size()),
       descriptors_(views_.size(), -1) {
   for (const LiveView& view : views_) {
-    YuvLayout layout{};
-    layout_of(view.mode.format, layout);
+    const NativeLayout layout = layout_of(view.mode.format).value();
     const Size size{view.mode.width, view.mode.height};
+    const auto chroma_width = static_cast<std::size_t>(chroma_size(layout, size).width);
+    grey_row_.resize(std::max(grey_row_.size(), chroma_width), kNoColour);
     slates_.emplace_back(layout, colour_of(view.mode), size);
     draw_slate(view.name, slates_.back().pixels());
     kept_.emplace_back(layout, colour_of(view.mode), size);
+    sent_.push_back({0, 0, size.width, size.height});
     faces_.push_back(as_const(slates_.back().pixels()));
   }
 }
@@ -141,7 +143,9 @@ void LiveFaces::collect(std::size_t view) noexcept {
   for (;;) {
     switch (camera.poll(frame)) {
       case CameraWatch::Poll::kFrame:
-        if (alike(camera.mode(), views_[view].mode)) {
+        if (const auto place = place_of(camera.mode(), views_[view].mode);
+            place && contains(*place, views_[view].needed)) {
+          sent_[view] = *place;
           sync_.offer(view, frame, clock_.now());
         } else {
           camera.give_back(frame);
@@ -164,11 +168,27 @@ void LiveFaces::collect(std::size_t view) noexcept {
 void LiveFaces::lose(std::size_t view) noexcept {
   const SyncedFace& shown = sync_.faces()[view];
   if (shown.state == SyncedFace::State::kSlate) return sync_.lose(view, nullptr);
-  const MutableYuvImage& kept = kept_[view].pixels();
-  if (shown.frame.buffer != kKept) counts_.pixel_bytes_copied += copy(faces_[view], kept);
+  const MutableNativeImage& kept = kept_[view].pixels();
+  if (shown.frame.buffer != kKept) {
+    const TexelBox& sent = sent_[view];
+    counts_.pixel_bytes_copied += copy(part_of(faces_[view], sent.x0, sent.y0, size_of(sent)),
+                                       part_of(kept, sent.x0, sent.y0, size_of(sent)));
+  }
   const CameraFrame frame = frame_of(as_const(kept), shown.frame);
   sync_.lose(view, &frame);
   faces_[view] = as_const(kept);
+}
+
+// What the view shows of the frame.
+NativeImage LiveFaces::image_of(std::size_t view, const CameraFrame& frame) noexcept {
+  NativeImage image = as_const(slates_[view].pixels());
+  for (std::size_t p = 0; p < plane_count(image.layout); ++p) {
+    const CameraPlane& plane = frame.planes[p];
+    image.planes[p] = {plane.data ? plane.data : grey_row_.data(), plane.stride};
+  }
+  if (frame.buffer == kKept) return image;
+  const TexelBox& sent = sent_[view];
+  return whole_of(image, sent.x0, sent.y0, image.size);
 }
 
 void LiveFaces::give_back_spent() noexcept {
@@ -179,10 +199,15 @@ void LiveFaces::give_back_spent() noexcept {
 
 bool LiveFaces::choose() noexcept {
   const bool changed = sync_.choose(clock_.now());
+  changed_ = 0;
   for (std::size_t v = 0; changed && v < views_.size(); ++v) {
     const SyncedFace& face = sync_.faces()[v];
-    const YuvImage slate = as_const(slates_[v].pixels());
-    faces_[v] = face.state == SyncedFace::State::kSlate ? slate : image_of(face.frame, slate);
+    const bool slate = face.state == SyncedFace::State::kSlate;
+    faces_[v] = slate ? as_const(slates_[v].pixels()) : image_of(v, face.frame);
+    // A slate stays as it is; a camera's picture is another one when it was taken at another time.
+    const Shown now = slate ? Shown{.slate = true}
+                            : Shown{false, face.frame.buffer, face.frame.sequence, face.frame.captured_at};
+    if (now != std::exchange(shown_[v], now)) changed_ |= 1U << v;
   }
   give_back_spent();
   return changed;

@@ -100,7 +100,8 @@ bool is_picture_name(std::string_view ending) {
   std::string lower(ending);
   std::ranges::transform(lower, lower.begin(),
                          [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower == ".png" || lower == ".jpg" || lower == ".jpeg" || lower == ".tif" || lower == ".tiff";
+  return lower == ".png" || lower == ".jpg" || lower == ".jpeg" || lower == ".tif" || lower == ".tiff" ||
+         lower == ".exr";
 }
 
 // The patterns, numbers cut to %0Nd, of the pictures in a folder.
@@ -146,6 +147,25 @@ bool holds_all(const std::string& pattern, std::span<const std::string> views) {
     const fs::path folder = fs::path(of_view).parent_path();
     return fs::is_directory(folder, error) && !numbers_there(of_view).empty();
   });
+}
+
+// "4, 7 to 9", what `range` has and `numbers` has not; the first few gaps.
+std::string gaps(const std::set<std::int64_t>& numbers, NumberRange range) {
+  constexpr int kMost = 8;
+  std::string text;
+  int count = 0;
+  const auto gap = [&](std::int64_t first, std::int64_t last) {
+    if (first > last || ++count > kMost) return;
+    text += (text.empty() ? "" : ", ") +
+            (first == last ? fmt::format("{}", first) : fmt::format("{} to {}", first, last));
+  };
+  std::int64_t next = range.first;
+  for (auto at = numbers.lower_bound(range.first); at != numbers.end() && *at <= range.last; ++at) {
+    gap(next, *at - 1);
+    next = *at + 1;
+  }
+  gap(next, range.last);
+  return count > kMost ? fmt::format("{} and {} more gaps", text, count - kMost) : text;
 }
 
 }  // namespace
@@ -199,10 +219,15 @@ NumberRange find_numbers(std::span<const std::string> patterns, std::optional<st
   for (std::int64_t number = range.first; number <= range.last; ++number) {  // ends at the first gap
     for (std::size_t i = 0; i < patterns.size(); ++i) {
       if (numbers[i].contains(number)) continue;
+      std::string all_gaps;
+      for (std::size_t j = 0; j < patterns.size(); ++j) {
+        const std::string of_pattern = gaps(numbers[j], range);
+        if (!of_pattern.empty()) all_gaps += fmt::format("; {} lacks {}", patterns[j], of_pattern);
+      }
       throw InputError(
-          fmt::format("{}: missing; expected all files from number {} to {} ({}); in and out choose a part",
+          fmt::format("{}: missing; expected all files from number {} to {} ({}); in and out choose a part{}",
                       numbered_file(patterns[i], number), range.first, range.last,
-                      in && out ? "in to out" : "what the folder holds"));
+                      in && out ? "in to out" : "what the folder holds", all_gaps));
     }
   }
   return range;

@@ -6,7 +6,7 @@
 
 #include <glm/common.hpp>
 
-#include "pipeline/optics/portable_math.h"
+#include "pipeline/portable/portable_math.h"
 #include "pipeline/source/graticule.h"
 #include "pipeline/source/worlds.h"
 

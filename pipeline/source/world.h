@@ -1,5 +1,6 @@
 // Generated worlds: colours by direction and time, from no outside files; demo, test patterns and ground
-// truth. SPDX-License-Identifier: MIT
+// truth.
+// SPDX-License-Identifier: MIT
 #pragma once
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // What an AArch64 machine can run: every one has NEON.
 // SPDX-License-Identifier: MIT
 #include "pipeline/warp/cpu.h"
-#include "pipeline/warp/row_store.h"
+#include "pipeline/warp/row_store_wide.h"
 #include "pipeline/warp/tile_kernel.h"
 
 namespace cupola {
@@ -18,8 +18,29 @@ TileKernel<Xrgb> tile_kernel(Cpu cpu) {
   return cpu == Cpu::kNeon ? run_tile_neon : run_tile_scalar;
 }
 
+TileKernel<Rgb16> wide_kernel(Cpu) {
+  return run_wide_scalar;
+}
+
+TileKernel<Rgb16> linear_kernel(Cpu) {
+  return run_linear_scalar;
+}
+
+TileKernel<Rgb16> wide_linear_kernel(Cpu) {
+  return run_wide_linear_scalar;
+}
+
 RowStore<Xrgb> row_store(Cpu cpu) {
   return {cpu == Cpu::kNeon ? store_row_neon : store_row_scalar, finish_rows_scalar};
+}
+
+RowStore<Rgb16> wide_row_store(Cpu cpu, Narrowing narrowing) {
+  return {cpu == Cpu::kNeon
+              ? wide_store<narrow_rounded_scalar, narrow_dithered_scalar, store_row_neon, store_row_deep>(
+                    narrowing)
+              : wide_store<narrow_rounded_scalar, narrow_dithered_scalar, store_row_scalar, store_row_deep>(
+                    narrowing),
+          finish_rows_scalar};
 }
 
 }  // namespace cupola

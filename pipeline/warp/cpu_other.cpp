@@ -1,7 +1,7 @@
 // Machines for which there is the scalar kernel only.
 // SPDX-License-Identifier: MIT
 #include "pipeline/warp/cpu.h"
-#include "pipeline/warp/row_store.h"
+#include "pipeline/warp/row_store_wide.h"
 #include "pipeline/warp/tile_kernel.h"
 
 namespace cupola {
@@ -16,8 +16,26 @@ TileKernel<Xrgb> tile_kernel(Cpu) {
   return run_tile_scalar;
 }
 
+TileKernel<Rgb16> wide_kernel(Cpu) {
+  return run_wide_scalar;
+}
+
+TileKernel<Rgb16> linear_kernel(Cpu) {
+  return run_linear_scalar;
+}
+
+TileKernel<Rgb16> wide_linear_kernel(Cpu) {
+  return run_wide_linear_scalar;
+}
+
 RowStore<Xrgb> row_store(Cpu) {
   return {store_row_scalar, finish_rows_scalar};
+}
+
+RowStore<Rgb16> wide_row_store(Cpu, Narrowing narrowing) {
+  return {
+      wide_store<narrow_rounded_scalar, narrow_dithered_scalar, store_row_scalar, store_row_deep>(narrowing),
+      finish_rows_scalar};
 }
 
 }  // namespace cupola

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "pipeline/frame/srgb_curve.h"
 #include "pipeline/warp/optimal_exact.h"
 
 namespace cupola {
@@ -50,24 +51,45 @@ struct Ellipse {
   }
 };
 
-double texel(const Image& face, int channel, int x, int y) {
-  return face.format == PixelFormat::kRgbPlanar16 ? face.samples<std::uint16_t>(channel, y)[x]
-                                                  : face.samples<std::uint8_t>(channel, y)[x];
-}
+// Between samples as they are encoded and what is summed; both in the face's units.
+class SampleLight {
+ public:
+  SampleLight(const SampleSettings& samples, const Image& face)
+      : linear_(samples.linear_light), most_(sample_bytes(face.format) == 2 ? 65535.0 : 255.0) {}
+
+  double texel(const Image& face, int channel, int x, int y) const {
+    const double value = face.format == PixelFormat::kRgbPlanar16 ? face.samples<std::uint16_t>(channel, y)[x]
+                                                                  : face.samples<std::uint8_t>(channel, y)[x];
+    return linear_ ? most_ * light_of_srgb(value / most_) : value;
+  }
+  std::array<double, 3> encoded(std::array<double, 3> rgb) const {
+    if (linear_) {
+      for (double& value : rgb) value = most_ * srgb_of_light(value / most_);
+    }
+    return rgb;
+  }
+
+ private:
+  bool linear_;
+  double most_;
+};
 
 struct WeightedSum {
+  const SampleLight& light;
   std::array<double, 3> num{};
   double den = 0.0;
 
   void add(double weight, const Image& face, int x, int y) {
-    for (int channel = 0; channel < 3; ++channel) num[channel] += weight * texel(face, channel, x, y);
+    for (int channel = 0; channel < 3; ++channel) num[channel] += weight * light.texel(face, channel, x, y);
     den += weight;
   }
-  std::array<double, 3> mean() const { return {num[0] / den, num[1] / den, num[2] / den}; }
+  std::array<double, 3> mean() const { return light.encoded({num[0] / den, num[1] / den, num[2] / den}); }
 };
 
 // Texels of positive and of negative weight apart: see kLeastSignedShare.
 struct SignedSum {
+  explicit SignedSum(const SampleLight& light) : positive{light}, negative{light} {}
+
   WeightedSum positive;
   WeightedSum negative;
 
@@ -83,8 +105,9 @@ struct SignedSum {
   }
 };
 
-std::array<double, 3> weighted(const std::vector<Tap>& taps, std::span<const Image> faces) {
-  WeightedSum sum;
+std::array<double, 3> weighted(const Rig& rig, const std::vector<Tap>& taps, std::span<const Image> faces) {
+  const SampleLight light(rig.samples, faces.front());
+  WeightedSum sum{light};
   for (const Tap& tap : taps) sum.add(tap.weight, faces[tap.view], tap.x, tap.y);
   return sum.den > 0.0 ? sum.mean() : std::array<double, 3>{};
 }
@@ -130,14 +153,58 @@ double angle_around(const View& home, const Vec3& d, const ViewSample& at, doubl
       least = std::min(least, glm::dot(d, direction_at(home, {u, v})));
     }
   }
+  // Past that the corners do not speak for the box: the eye is in the cone's cap.
+  if (least <= glm::length(home.shift)) return kFarthest;
   return std::min(std::acos(std::clamp(least, -1.0, 1.0)) + 1e-9, kFarthest);
 }
 
-}  // namespace
+// The shares of optics/seam.h once more.
+std::vector<double> shares_at(const Rig& rig, const Vec3& d) {
+  const double width = rig.seams.feather_deg * std::numbers::pi / 180.0;
+  const auto smooth = [](double t) { return t <= 0.0 ? 0.0 : t >= 1.0 ? 1.0 : t * t * (3.0 - 2.0 * t); };
+  std::vector<double> shares(rig.views.size());
+  std::vector<double> angles(rig.views.size(), std::numbers::pi);
+  for (std::size_t v = 0; v < rig.views.size(); ++v) {
+    if (covers(rig.views[v], d))
+      angles[v] = std::acos(std::clamp(glm::dot(d, rig.views[v].forward), -1.0, 1.0));
+  }
+  const double best = *std::min_element(angles.begin(), angles.end());
+  for (std::size_t v = 0; v < rig.views.size(); ++v) {
+    const View& view = rig.views[v];
+    ViewSample at;
+    if (!covers(view, d) || !project(view, d, at)) continue;
+    const double u = std::min(at.uv.x, view.size.width - at.uv.x);
+    const double w = std::min(at.uv.y, view.size.height - at.uv.y);
+    const double inside = std::max(0.0, std::min(u, w)) / std::sqrt(density(at, d));
+    shares[v] = smooth(1.0 - (angles[v] - best) / width) * smooth(2.0 * inside / width);
+  }
+  return shares;
+}
 
-std::array<double, 3> ewa_exact(const Rig& rig, std::span<const Image> faces, int x, int y) {
-  DirectionAndSlope looking;
-  if (!ray(rig.frame, {x + 0.5, y + 0.5}, looking)) return {};
+std::array<double, 3> of_home(const Rig& rig, std::span<const Image> faces, const DirectionAndSlope& looking);
+
+// Mixed as light where samples are filtered as light.
+std::array<double, 3> mixed(const Rig& rig, std::span<const Image> faces, const DirectionAndSlope& looking,
+                            const std::vector<double>& shares) {
+  const double most = sample_bytes(faces.front().format) == 2 ? 65535.0 : 255.0;
+  const bool linear = rig.samples.linear_light;
+  std::array<double, 3> total{};
+  double all = 0.0;
+  for (std::size_t v = 0; v < shares.size(); ++v) {
+    if (shares[v] == 0.0) continue;
+    Rig alone = rig;
+    alone.views = {rig.views[v]};
+    const std::array<double, 3> rgb = of_home(alone, faces.subspan(v, 1), looking);
+    for (std::size_t i = 0; i < 3; ++i)
+      total[i] += shares[v] * (linear ? most * light_of_srgb(rgb[i] / most) : rgb[i]);
+    all += shares[v];
+  }
+  for (double& value : total) value = linear ? most * srgb_of_light(value / all / most) : value / all;
+  return total;
+}
+
+std::array<double, 3> of_home(const Rig& rig, std::span<const Image> faces,
+                              const DirectionAndSlope& looking) {
   const int home = owner(rig.views, looking.direction);
   if (home < 0) return {};
   const View& view = rig.views[static_cast<std::size_t>(home)];
@@ -146,7 +213,7 @@ std::array<double, 3> ewa_exact(const Rig& rig, std::span<const Image> faces, in
 
   const FilterSettings& filter = rig.filter;
   if (filter.kernel == Kernel::kOptimal) {
-    return weighted(optimal_exact(rig, home, looking, at), faces);
+    return weighted(rig, optimal_exact(rig, home, looking, at), faces);
   }
   Jacobian j{glm::dot(at.du, looking.d_da), glm::dot(at.du, looking.d_db), glm::dot(at.dv, looking.d_da),
              glm::dot(at.dv, looking.d_db), 0.0};
@@ -164,7 +231,8 @@ std::array<double, 3> ewa_exact(const Rig& rig, std::span<const Image> faces, in
   const double wide = filter.radius * std::sqrt(ellipse.c);
   const double high = filter.radius * std::sqrt(ellipse.a);
 
-  SignedSum sum;
+  const SampleLight light(rig.samples, faces.front());
+  SignedSum sum(light);
   const int x0 = static_cast<int>(std::max(0.0, std::floor(at.uv.x - wide - 0.5)));
   const int x1 = static_cast<int>(std::min(view.size.width - 1.0, std::ceil(at.uv.x + wide - 0.5)));
   const int y0 = static_cast<int>(std::max(0.0, std::floor(at.uv.y - high - 0.5)));
@@ -200,6 +268,19 @@ std::array<double, 3> ewa_exact(const Rig& rig, std::span<const Image> faces, in
   return sum.mean();
 }
 
+}  // namespace
+
+std::array<double, 3> ewa_exact(const Rig& rig, std::span<const Image> faces, int x, int y) {
+  DirectionAndSlope looking;
+  if (!ray(rig.frame, {x + 0.5, y + 0.5}, looking)) return {};
+  if (rig.seams.feather_deg > 0.0) {
+    const std::vector<double> shares = shares_at(rig, looking.direction);
+    if (std::count_if(shares.begin(), shares.end(), [](double share) { return share > 0.0; }) > 1)
+      return mixed(rig, faces, looking, shares);
+  }
+  return of_home(rig, faces, looking);
+}
+
 UnroundedFilter::UnroundedFilter(const Rig& rig) : rig_(rig) {
   if (rig.filter.kernel == Kernel::kOptimal) gatherer_ = std::make_unique<FootprintGatherer>(rig);
 }
@@ -208,7 +289,7 @@ std::array<double, 3> UnroundedFilter::operator()(std::span<const Image> faces, 
   if (!gatherer_) return ewa_exact(rig_, faces, x, y);
   std::vector<Tap> taps;
   gatherer_->gather(x, y, taps);
-  return weighted(taps, faces);
+  return weighted(rig_, taps, faces);
 }
 
 std::vector<double> ewa_exact_frame(const Rig& rig, std::span<const Image> faces, WorkerPool& pool) {

@@ -1,5 +1,6 @@
 // The reference: the elliptical weighted average filter in double precision, straight from its formulas.
-// Slow. SPDX-License-Identifier: MIT
+// Slow.
+// SPDX-License-Identifier: MIT
 #pragma once
 
 #include <array>

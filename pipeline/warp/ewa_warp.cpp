@@ -6,9 +6,11 @@
 #include <atomic>
 #include <cassert>
 #include <cstring>
+#include <optional>
 #include <vector>
 
 #include "pipeline/warp/band_run.h"
+#include "pipeline/warp/light.h"
 
 namespace cupola {
 namespace {
@@ -60,35 +62,60 @@ ViewTexels mirrored(const Image& face, const Reflection::Partner& partner) {
   return texels;
 }
 
+// What kernels make of texels of one colour, in linear light.
+Rgb16 light_of_colour8(const Colour& colour) {
+  const auto& light = kLightOfSrgb8.words;
+  return {light[colour.r], light[colour.g], light[colour.b], 0};
+}
+Rgb16 light_of_colour16(const Colour& colour) {
+  const auto& light = light_tables().light_of_srgb16;
+  return {light[colour.r], light[colour.g], light[colour.b], 0};
+}
+
 class TableWarp final : public FrameWarp {
  public:
-  TableWarp(const WarpTable& table, Cpu cpu, WorkerPool& pool)
-      : table_(table),
-        pool_(pool),
-        small_(table),
-        narrow_(table, tile_kernel(cpu), row_store(cpu), pool.threads()),
-        wide_(table, run_tile_wide, {store_row_wide, finish_rows_scalar}, pool.threads()) {}
+  TableWarp(const WarpTable& table, Cpu cpu, WorkerPool& pool, const SampleSettings& samples)
+      : table_(table), pool_(pool), small_(table), linear_(samples.linear_light) {
+    if (linear_) {
+      light8_.emplace(table, linear_kernel(cpu), wide_row_store(cpu, Narrowing::kFromLight), pool.threads(),
+                      light_of_colour8);
+      wide_.emplace(
+          table, wide_linear_kernel(cpu),
+          wide_row_store(cpu, samples.dither ? Narrowing::kFromLightDithered : Narrowing::kFromLight),
+          pool.threads(), light_of_colour16);
+    } else {
+      narrow_.emplace(table, tile_kernel(cpu), row_store(cpu), pool.threads());
+      wide_.emplace(table, wide_kernel(cpu),
+                    wide_row_store(cpu, samples.dither ? Narrowing::kDithered : Narrowing::kRounded),
+                    pool.threads());
+    }
+  }
 
   std::span<const NeededRegion> needed() const override { return table_.needed; }
   std::size_t table_bytes() const override { return table_.bytes(); }
 
   void warp(std::span<const Image> faces, const MutableImage& frame) noexcept override {
-    warp_changed(faces, {}, frame);
+    warp_known(faces, {}, frame);
   }
 
-  WarpWork warp_changed(std::span<const Image> faces, std::span<const ChangedCells> changed,
-                        const MutableImage& frame) noexcept override {
+  WarpWork warp_known(std::span<const Image> faces, const FaceKnowledge& known,
+                      const MutableImage& frame) noexcept override {
     const ReflectedViews views = reflect(faces);
     const bool wide = faces.front().format == PixelFormat::kRgbPlanar16;
     std::atomic<std::int64_t> pieces{0};
     std::atomic<std::int64_t> skipped{0};
+    std::atomic<std::int64_t> even{0};
+    std::atomic<std::int64_t> outside{0};
     pool_.run(table_.tiles_down, [&](int band) {
-      const WarpWork work =
-          wide ? wide_.run(band, views, changed, frame) : narrow_.run(band, views, changed, frame);
+      const WarpWork work = wide      ? wide_->run(band, views, known, frame)
+                            : linear_ ? light8_->run(band, views, known, frame)
+                                      : narrow_->run(band, views, known, frame);
       pieces.fetch_add(work.pieces, std::memory_order_relaxed);
       skipped.fetch_add(work.skipped, std::memory_order_relaxed);
+      even.fetch_add(work.even, std::memory_order_relaxed);
+      outside.fetch_add(work.outside, std::memory_order_relaxed);
     });
-    return {pieces.load(), skipped.load()};
+    return {pieces.load(), skipped.load(), even.load(), outside.load()};
   }
 
  private:
@@ -108,14 +135,18 @@ class TableWarp final : public FrameWarp {
   const WarpTable& table_;
   WorkerPool& pool_;
   SmallViews small_;
-  BandRun<Xrgb> narrow_;
-  BandRun<Rgb16> wide_;
+  bool linear_;
+  // For faces of 8 bits one of the first two.
+  std::optional<BandRun<Xrgb>> narrow_;
+  std::optional<BandRun<Rgb16>> light8_;
+  std::optional<BandRun<Rgb16>> wide_;
 };
 
 }  // namespace
 
-std::unique_ptr<FrameWarp> make_table_warp(const WarpTable& table, Cpu cpu, WorkerPool& pool) {
-  return std::make_unique<TableWarp>(table, cpu, pool);
+std::unique_ptr<FrameWarp> make_table_warp(const WarpTable& table, Cpu cpu, WorkerPool& pool,
+                                           const SampleSettings& samples) {
+  return std::make_unique<TableWarp>(table, cpu, pool, samples);
 }
 
 }  // namespace cupola

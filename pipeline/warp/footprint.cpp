@@ -3,9 +3,10 @@
 #include "pipeline/warp/footprint.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
-#include "pipeline/optics/portable_math.h"
+#include "pipeline/portable/portable_math.h"
 #include "pipeline/warp/view_region.h"
 #include "pipeline/warp/warp_table.h"
 
@@ -86,11 +87,13 @@ bool normalise(std::vector<Tap>& taps) {
 }
 
 // A wider cone for less work, of a view without distortion: a step along the plane at distance 1 turns what
-// the eye sees by an angle whose sine is no more than its length.
+// the eye sees by an angle whose sine is no more than its length. From the centre an angle is at most 1 + |s|
+// times as large: t^2 / (1 - s cos) with t^2 = 1 + s^2 - 2 s cos falls with cos. Sines, being concave, grow
+// by no more.
 Cone rough_cone_of_box(const View& home, double wide, double high) {
   const double a = wide / (home.focal.x * home.size.width);
   const double b = high / (home.focal.y * home.size.height);
-  const double sine = std::min(1.0, std::sqrt(a * a + b * b) + 1e-7);
+  const double sine = std::min(1.0, std::sqrt(a * a + b * b) * (1.0 + glm::length(home.shift)) + 1e-7);
   return {sine, std::sqrt((1.0 - sine) * (1.0 + sine))};
 }
 
@@ -113,14 +116,41 @@ void FootprintGatherer::gather_inside(int view, const Ellipse& ellipse, std::vec
   }
 }
 
-FootprintGatherer::FootprintGatherer(const Rig& rig) : rig_(rig), kernel_(rig.filter) {
+FootprintGatherer::FootprintGatherer(const Rig& rig) : rig_(rig), kernel_(rig.filter), feather_(rig.seams) {
   if (rig.filter.kernel == Kernel::kOptimal) optimal_ = std::make_unique<OptimalFootprint>(rig);
+  if (!(rig.seams.feather_deg > 0.0)) return;
+  for (const View& view : rig.views) {
+    auto alone = std::make_unique<Rig>(rig);
+    alone->views = {view};
+    alone->seams = {};
+    alone_.push_back(std::make_unique<FootprintGatherer>(*alone));
+    alone_rigs_.push_back(std::move(alone));
+  }
 }
 
 Footprint FootprintGatherer::gather(int x, int y, std::vector<Tap>& taps) const {
   taps.clear();
   DirectionAndSlope looking;
   if (!ray(rig_.frame, {x + 0.5, y + 0.5}, looking)) return Footprint::kOutside;
+  std::array<double, kMostViews> shares{};
+  if (!feather_.shares(rig_.views, looking.direction, shares)) return gather_home(looking, taps);
+  gather_feathered(looking, shares, taps);
+  return normalise(taps) ? Footprint::kCovered : Footprint::kUncovered;
+}
+
+void FootprintGatherer::gather_feathered(const DirectionAndSlope& looking, std::span<const double> shares,
+                                         std::vector<Tap>& taps) const {
+  std::vector<Tap> own;
+  for (std::size_t view = 0; view < alone_.size(); ++view) {
+    if (shares[view] == 0.0) continue;
+    own.clear();
+    if (alone_[view]->gather_home(looking, own) != Footprint::kCovered) continue;
+    for (const Tap& tap : own)
+      taps.push_back({tap.x, tap.y, static_cast<int>(view), shares[view] * tap.weight});
+  }
+}
+
+Footprint FootprintGatherer::gather_home(const DirectionAndSlope& looking, std::vector<Tap>& taps) const {
   const int home = owner(rig_.views, looking.direction);
   ViewSample at;
   if (home < 0 || !project(rig_.views[static_cast<std::size_t>(home)], looking.direction, at)) {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "pipeline/optics/rig.h"
@@ -32,12 +33,19 @@ class FootprintGatherer {
  private:
   struct Ellipse;
 
+  Footprint gather_home(const DirectionAndSlope& looking, std::vector<Tap>& taps) const;
+  void gather_feathered(const DirectionAndSlope& looking, std::span<const double> shares,
+                        std::vector<Tap>& taps) const;
   void gather_ellipse(int home, const DirectionAndSlope& looking, const ViewSample& at,
                       std::vector<Tap>& taps) const;
   void gather_inside(int view, const Ellipse& ellipse, std::vector<Tap>& taps) const;
 
   const Rig& rig_;
   RadialKernel kernel_;
+  Feather feather_;
+  // Where views mix, each one's footprint is that of a rig which has no other view.
+  std::vector<std::unique_ptr<const Rig>> alone_rigs_;
+  std::vector<std::unique_ptr<const FootprintGatherer>> alone_;
   std::unique_ptr<OptimalFootprint> optimal_;  // null for kernels of q
 };
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: MIT
 #include "pipeline/warp/frame_warp.h"
 
+#include <algorithm>
+
 #include "pipeline/warp/ewa_warp.h"
 #include "pipeline/warp/slow_warp.h"
 #include "pipeline/warp/table_build.h"
@@ -12,17 +14,17 @@ namespace {
 // A table warp that owns its table.
 class OwningTableWarp final : public FrameWarp {
  public:
-  OwningTableWarp(WarpTable table, Cpu cpu, WorkerPool& pool)
-      : table_(std::move(table)), warp_(make_table_warp(table_, cpu, pool)) {}
+  OwningTableWarp(WarpTable table, Cpu cpu, WorkerPool& pool, const SampleSettings& samples)
+      : table_(std::move(table)), warp_(make_table_warp(table_, cpu, pool, samples)) {}
 
   std::span<const NeededRegion> needed() const override { return warp_->needed(); }
   std::size_t table_bytes() const override { return warp_->table_bytes(); }
   void warp(std::span<const Image> faces, const MutableImage& frame) noexcept override {
     warp_->warp(faces, frame);
   }
-  WarpWork warp_changed(std::span<const Image> faces, std::span<const ChangedCells> changed,
-                        const MutableImage& frame) noexcept override {
-    return warp_->warp_changed(faces, changed, frame);
+  WarpWork warp_known(std::span<const Image> faces, const FaceKnowledge& known,
+                      const MutableImage& frame) noexcept override {
+    return warp_->warp_known(faces, known, frame);
   }
 
  private:
@@ -32,12 +34,20 @@ class OwningTableWarp final : public FrameWarp {
 
 }  // namespace
 
+WarpWork FrameWarp::warp_known(std::span<const Image> faces, const FaceKnowledge& known,
+                               const MutableImage& frame) noexcept {
+  const auto stands = [](const ChangedCells& changed) { return changed.count() == 0; };
+  if (!known.changed.empty() && std::ranges::all_of(known.changed, stands)) return {.skipped = 1};
+  warp(faces, frame);
+  return {.pieces = 1};
+}
+
 std::unique_ptr<FrameWarp> make_frame_warp(const Rig& rig, Method method, Cpu cpu, WorkerPool& pool,
                                            TableCache* cache) {
   switch (method) {
     case Method::kEwa:
       return std::make_unique<OwningTableWarp>(cache ? cache->table(rig, pool) : build_warp_table(rig, pool),
-                                               cpu, pool);
+                                               cpu, pool, rig.samples);
     case Method::kEwaExact:
       return make_exact_warp(rig, pool);
     case Method::kEwaScan:

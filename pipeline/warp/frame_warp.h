@@ -13,6 +13,7 @@
 #include "pipeline/optics/rig.h"
 #include "pipeline/parallel/worker_pool.h"
 #include "pipeline/warp/cpu.h"
+#include "pipeline/warp/even_cells.h"
 #include "pipeline/warp/table_cache.h"
 
 namespace cupola {
@@ -34,10 +35,26 @@ inline constexpr std::string_view kMethodNames[] = {
     "ewa",      "ewa-exact", "ewa-scan",    "ewa-scan-integer", "ewa-pyramid",
     "two-pass", "trilinear", "summed-area", "bilinear",         "nearest"};
 
-// What a warp did and what it left out, in pieces of the frame of its own choice.
+// What a warp did and what it left out and why, in pieces of the frame of its own choice.
 struct WarpWork {
-  std::int64_t pieces = 0;   // done
+  std::int64_t pieces = 0;   // filtered
   std::int64_t skipped = 0;  // left as they were, since nothing they show had changed
+  std::int64_t even = 0;     // filled, since all they show is of one colour
+  std::int64_t outside = 0;  // black, since they show nothing: beyond the circle, the crop or all views
+
+  WarpWork& operator+=(const WarpWork& other) {
+    pieces += other.pieces;
+    skipped += other.skipped;
+    even += other.even;
+    outside += other.outside;
+    return *this;
+  }
+};
+
+// What is known of a set of faces, one a view each; either may be empty: nothing is known.
+struct FaceKnowledge {
+  std::span<const ChangedCells> changed;  // what differs from the faces that made what the frame holds
+  std::span<const EvenCells> even;
 };
 
 // Immutable once made, but for counters; one warp() at a time.
@@ -50,13 +67,11 @@ class FrameWarp {
   // stride. `frame` has the rig's frame
   // size and any format; every pixel of it is written, those outside the image 0.
   virtual void warp(std::span<const Image> faces, const MutableImage& frame) noexcept = 0;
-  // The same where `frame` holds what this warp made of faces that differ from these at most in `changed`,
-  // one a view. Methods that cannot use that do all of it.
-  virtual WarpWork warp_changed(std::span<const Image> faces, std::span<const ChangedCells> /*changed*/,
-                                const MutableImage& frame) noexcept {
-    warp(faces, frame);
-    return {1, 0};
-  }
+  // The same with as little work as what is `known` allows, which must be true. With `known.changed`, `frame`
+  // holds what this warp made of other faces. Methods that cannot use that do all of it, unless nothing
+  // changed.
+  virtual WarpWork warp_known(std::span<const Image> faces, const FaceKnowledge& known,
+                              const MutableImage& frame) noexcept;
   // Bytes of precomputed tables; 0 for none.
   virtual std::size_t table_bytes() const = 0;
 };

@@ -255,8 +255,10 @@ std::vector<Tap> by_least_squares(const Rig& rig, int home, const Vec3& directio
       d = glm::normalize(direction + (uv.x - at.uv.x) * along_u + (uv.y - at.uv.y) * along_v);
     }
     const int own = owner(rig.views, d);
-    if (own == home) taps.push_back({static_cast<int>(uv.x), static_cast<int>(uv.y), home, weights[i]});
-    if (own == home || own < 0) continue;
+    if (own == home && inside) {
+      taps.push_back({static_cast<int>(uv.x), static_cast<int>(uv.y), home, weights[i]});
+    }
+    if ((own == home && inside) || own < 0) continue;
     ViewSample there;
     project(rig.views[own], d, there);
     const Patch texel{there.uv,

@@ -154,7 +154,9 @@ void OptimalFootprint::add_least_squares(int home, const Vec3& direction, const 
     const Vec2 uv{x + 0.5, y + 0.5};
     const Vec3 d = plane.direction(uv);
     const int own = owner(rig_.views, d);
-    if (own == home) {
+    // Beyond a calibrated picture the plane goes on as its model does not, and may come back into it.
+    const bool stored = x >= 0 && y >= 0 && x < view.size.width && y < view.size.height;
+    if (own == home && stored) {
       taps.push_back({x, y, home, weights[i]});
     } else if (own >= 0) {
       ViewSample there;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/optics/portable_math.h"
+#include "pipeline/portable/portable_math.h"
 #include "pipeline/warp/quantise.h"
 
 namespace cupola {

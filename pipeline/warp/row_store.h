@@ -22,11 +22,14 @@ void store_row_scalar(const Xrgb*, int count, const MutableImage&, int x, int y)
 void store_row_sse4(const Xrgb*, int count, const MutableImage&, int x, int y) noexcept;
 void store_row_avx512(const Xrgb*, int count, const MutableImage&, int x, int y) noexcept;
 void store_row_neon(const Xrgb*, int count, const MutableImage&, int x, int y) noexcept;
-void store_row_wide(const Rgb16*, int count, const MutableImage&, int x, int y) noexcept;
 
 void finish_rows_scalar() noexcept;
 void finish_rows_streamed() noexcept;  // x86
 
 RowStore<Xrgb> row_store(Cpu cpu);
+
+// From 16 bits to 8. Light goes to sRGB, of as many bits as the frame has.
+enum class Narrowing : std::uint8_t { kRounded, kDithered, kFromLight, kFromLightDithered };
+RowStore<Rgb16> wide_row_store(Cpu cpu, Narrowing narrowing);
 
 }  // namespace cupola

@@ -1,5 +1,6 @@
 // Rows into the frame with NEON: loads and stores that take channels apart and put them together, 16 pixels a
-// turn. SPDX-License-Identifier: MIT
+// turn.
+// SPDX-License-Identifier: MIT
 #include <arm_neon.h>
 
 #include "pipeline/warp/row_store.h"

@@ -1,6 +1,9 @@
 // Rows into the frame, pixel by pixel.
 // SPDX-License-Identifier: MIT
-#include "pipeline/warp/row_store.h"
+#include <algorithm>
+
+#include "pipeline/warp/light.h"
+#include "pipeline/warp/row_store_wide.h"
 
 namespace cupola {
 namespace {
@@ -9,10 +12,9 @@ template <class To, class From>
 To as(From sample) {
   if constexpr (sizeof(To) == sizeof(From)) {
     return sample;
-  } else if constexpr (sizeof(To) == 2) {
-    return static_cast<To>(sample * 257);
   } else {
-    return static_cast<To>((sample * 255U + 32767U) / 65535U);
+    static_assert(sizeof(To) == 2);
+    return static_cast<To>(sample * 257);
   }
 }
 
@@ -40,18 +42,9 @@ void store_interleaved(const Pixel* pixels, int count, const MutableImage& frame
   }
 }
 
-template <class Pixel>
-void store_xrgb(const Pixel* pixels, int count, const MutableImage& frame, int x, int y) {
-  Xrgb* out = frame.samples<Xrgb>(0, y) + x;
-  for (int i = 0; i < count; ++i) {
-    const auto [r, g, b] = rgb(pixels[i]);
-    out[i] =
-        kBlackXrgb | Xrgb{as<std::uint8_t>(r)} << 16 | Xrgb{as<std::uint8_t>(g)} << 8 | as<std::uint8_t>(b);
-  }
-}
+}  // namespace
 
-template <class Pixel>
-void store_row(const Pixel* pixels, int count, const MutableImage& frame, int x, int y) {
+void store_row_scalar(const Xrgb* pixels, int count, const MutableImage& frame, int x, int y) noexcept {
   switch (frame.format) {
     case PixelFormat::kRgbPlanar8:
       return store_planar<std::uint8_t>(pixels, count, frame, x, y);
@@ -62,18 +55,24 @@ void store_row(const Pixel* pixels, int count, const MutableImage& frame, int x,
     case PixelFormat::kRgb16:
       return store_interleaved<std::uint16_t>(pixels, count, frame, x, y);
     case PixelFormat::kXrgb8888:
-      return store_xrgb(pixels, count, frame, x, y);
+      std::copy_n(pixels, count, frame.samples<Xrgb>(0, y) + x);
   }
 }
 
-}  // namespace
-
-void store_row_scalar(const Xrgb* pixels, int count, const MutableImage& frame, int x, int y) noexcept {
-  store_row(pixels, count, frame, x, y);
+void store_row_deep(const Rgb16* pixels, int count, const MutableImage& frame, int x, int y) noexcept {
+  if (frame.format == PixelFormat::kRgb16) {
+    store_interleaved<std::uint16_t>(pixels, count, frame, x, y);
+  } else {
+    store_planar<std::uint16_t>(pixels, count, frame, x, y);
+  }
 }
 
-void store_row_wide(const Rgb16* pixels, int count, const MutableImage& frame, int x, int y) noexcept {
-  store_row(pixels, count, frame, x, y);
+void store_row_deep_light(const Rgb16* pixels, int count, const MutableImage& frame, int x, int y) noexcept {
+  const auto& srgb = light_tables().srgb16_of_light;
+  for (int i = 0; i < count; ++i) {
+    const Rgb16 pixel{srgb[pixels[i].r], srgb[pixels[i].g], srgb[pixels[i].b], 0};
+    store_row_deep(&pixel, 1, frame, x + i, y);
+  }
 }
 
 void finish_rows_scalar() noexcept {}

@@ -24,12 +24,11 @@ class SplitWarp final : public FrameWarp {
     left_->warp(faces, part_of(frame, 0, 0, left_size_));
     right_->warp(faces, part_of(frame, left_size_.width, 0, right_size_));
   }
-  WarpWork warp_changed(std::span<const Image> faces, std::span<const ChangedCells> changed,
-                        const MutableImage& frame) noexcept override {
-    const WarpWork left = left_->warp_changed(faces, changed, part_of(frame, 0, 0, left_size_));
-    const WarpWork right =
-        right_->warp_changed(faces, changed, part_of(frame, left_size_.width, 0, right_size_));
-    return {left.pieces + right.pieces, left.skipped + right.skipped};
+  WarpWork warp_known(std::span<const Image> faces, const FaceKnowledge& known,
+                      const MutableImage& frame) noexcept override {
+    WarpWork work = left_->warp_known(faces, known, part_of(frame, 0, 0, left_size_));
+    work += right_->warp_known(faces, known, part_of(frame, left_size_.width, 0, right_size_));
+    return work;
   }
 
  private:

@@ -34,7 +34,8 @@ bool can_mirror(const View& view) {
 // right-handed view is another with one of its axes turned round.
 std::optional<Reflection::Partner> partner(const View& from, const View& to, const Vec3& sign) {
   if (!can_mirror(from) || !can_mirror(to) || !(from.size == to.size) || from.focal.x != to.focal.x ||
-      from.focal.y != to.focal.y || !same(from.forward * sign, to.forward)) {
+      from.focal.y != to.focal.y || !same(from.forward * sign, to.forward) ||
+      !same(from.shift * sign, to.shift)) {
     return std::nullopt;
   }
   const Vec3 right = from.right * sign;

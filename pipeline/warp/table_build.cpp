@@ -166,7 +166,7 @@ class TileBuilder {
   BlockCode& encode(TileCode& tile, std::span<NeededRegion> read) {
     const Heaviest heaviest = find_heaviest();
     const ByteForm& bytes = heaviest.negative ? kSignedBytes : kUnsignedBytes;
-    const int bits8 = rig_.filter.table == TableForm::kFast ? round_to_bytes(bytes, heaviest) : 0;
+    const int bits8 = rig_.filter.table != TableForm::kPrecise ? round_to_bytes(bytes, heaviest) : 0;
     int bits16 = heaviest.negative ? kSignedBits16 : kBits16;
     while (bits16 < kMostBits16 && heaviest.one * (2 << bits16) <= 1 << kBits16) ++bits16;
     if (bits8 == 0) round_weights(bits16, 1 << kBits16);

@@ -1,5 +1,6 @@
 // Builds the warp table of a rig: a pure function, the same bytes on every machine and for every thread
-// count. SPDX-License-Identifier: MIT
+// count.
+// SPDX-License-Identifier: MIT
 #pragma once
 
 #include "pipeline/optics/rig.h"

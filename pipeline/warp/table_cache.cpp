@@ -12,12 +12,14 @@
 #include "pipeline/warp/table_build.h"
 #include "pipeline/warp/table_file.h"
 #include "pipeline/warp/table_key.h"
+#include "pipeline/warp/table_packing.h"
 
 namespace cupola {
 namespace fs = std::filesystem;
 namespace {
 
 constexpr std::string_view kEnding = ".table";
+constexpr std::string_view kPackedEnding = ".table.zst";
 
 // Files of the cache, and what writers that were killed have left.
 bool is_ours(const fs::path& file) {
@@ -37,8 +39,8 @@ WarpTable TableCache::table(const Rig& rig, WorkerPool& pool) {
     return build_warp_table(rig, pool);
   }
   fs::path file = folder_ / hash_of(table_key(rig));
-  file += kEnding;
-  MappedBytes memory = MappedBytes::of_file(file);
+  file += rig.filter.table == TableForm::kCompact ? kPackedEnding : kEnding;
+  MappedBytes memory = stored(rig, file, pool);
   if (auto found = read_table(memory.bytes(), rig, pool)) {
     found->memory = std::move(memory);
     ++found_;
@@ -48,17 +50,27 @@ WarpTable TableCache::table(const Rig& rig, WorkerPool& pool) {
   }
   WarpTable table = build_warp_table(rig, pool);
   ++built_;
-  keep(table, file);
+  keep(rig, table, file, pool);
   return table;
 }
 
-void TableCache::keep(const WarpTable& table, const fs::path& file) {
+MappedBytes TableCache::stored(const Rig& rig, const fs::path& file, WorkerPool& pool) const {
+  MappedBytes memory = MappedBytes::of_file(file);
+  if (rig.filter.table != TableForm::kCompact) return memory;
+  return unpack_table(memory.bytes(), static_cast<std::size_t>(most_bytes_), pool).value_or(MappedBytes());
+}
+
+void TableCache::keep(const Rig& rig, const WarpTable& table, const fs::path& file, WorkerPool& pool) {
   if (static_cast<std::int64_t>(table.memory.bytes().size()) > most_bytes_) return;
   try {
     std::error_code ignored;  // AtomicFile says what is wrong
     fs::create_directories(folder_, ignored);
     AtomicFile whole(file);
-    whole.write(table.memory.bytes());
+    if (rig.filter.table == TableForm::kCompact) {
+      whole.write(pack_table(table.memory.bytes(), pool));
+    } else {
+      whole.write(table.memory.bytes());
+    }
     whole.commit();
     make_room(file);
   } catch (const Failure& failure) {

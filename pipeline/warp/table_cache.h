@@ -26,13 +26,15 @@ class TableCache {
   // As build_warp_table.
   WarpTable table(const Rig& rig, WorkerPool& pool);
 
-  int found() const { return found_; }  // tables that were in the folder
-  int built() const { return built_; }  // those that were not
+  const std::filesystem::path& folder() const { return folder_; }  // empty: nothing is kept
+  int found() const { return found_; }                             // tables that were in the folder
+  int built() const { return built_; }                             // those that were not
   // Why the first of them that could not be kept was not; empty when all were.
   const std::string& trouble() const { return trouble_; }
 
  private:
-  void keep(const WarpTable& table, const std::filesystem::path& file);
+  MappedBytes stored(const Rig& rig, const std::filesystem::path& file, WorkerPool& pool) const;
+  void keep(const Rig& rig, const WarpTable& table, const std::filesystem::path& file, WorkerPool& pool);
   void make_room(const std::filesystem::path& kept) const;
 
   std::filesystem::path folder_;

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <concepts>
 
@@ -32,8 +33,8 @@ class KeyWriter {
   }
 
   void add(const View& view) {
-    const auto& [name, forward, right, up, size, focal, principal, distortion, coefficients, limit, rec_v] =
-        view;
+    const auto& [name, forward, right, up, size, focal, principal, distortion, coefficients, limit, rec_v,
+                 position_m, shift] = view;
     add_all(forward, right, up, size, focal, principal, distortion, limit, rec_v);
     for (const double coefficient : coefficients) add(coefficient);
   }
@@ -54,8 +55,14 @@ class KeyWriter {
   }
 
   void add(const Rig& rig) {
-    const auto& [file, frame, views, filter, tilt_deg, world_from_lens] = rig;
+    const auto& [file, frame, views, filter, samples, seams, budget_ms, tilt_deg, world_from_lens] = rig;
     add_all(frame, views, filter);
+    if (seams.feather_deg > 0.0) add(seams.feather_deg);
+    // Where there is none the key is what it was before there were any; three numbers a view tell them from
+    // the feather.
+    if (std::any_of(views.begin(), views.end(), is_shifted)) {
+      for (const View& view : views) add(view.shift);
+    }
   }
 
   TableKey take() { return std::move(key_); }

@@ -103,19 +103,51 @@ void run_tile_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb
 void run_tile_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
 void run_tile_neon(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
 
-// 16 bits a sample, any instruction set.
-void run_tile_wide(const WarpTable&, const Tile&, std::span<const TileImage<Rgb16>>) noexcept;
+// 16 bits a sample; with sRGB texels of 8 and of 16 bits made linear light.
+void run_wide_scalar(const WarpTable&, const Tile&, std::span<const TileImage<Rgb16>>) noexcept;
+void run_wide_sse4(const WarpTable&, const Tile&, std::span<const TileImage<Rgb16>>) noexcept;
+void run_wide_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Rgb16>>) noexcept;
+void run_wide_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Rgb16>>) noexcept;
+void run_linear_scalar(const WarpTable&, const Tile&, std::span<const TileImage<Rgb16>>) noexcept;
+void run_wide_linear_sse4(const WarpTable&, const Tile&, std::span<const TileImage<Rgb16>>) noexcept;
+void run_wide_linear_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Rgb16>>) noexcept;
+void run_linear_sse4(const WarpTable&, const Tile&, std::span<const TileImage<Rgb16>>) noexcept;
+void run_linear_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Rgb16>>) noexcept;
+void run_linear_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Rgb16>>) noexcept;
+void run_wide_linear_scalar(const WarpTable&, const Tile&, std::span<const TileImage<Rgb16>>) noexcept;
 
-// One and two channels; `step` of all views' texels is what the AVX-512 ones are named for.
+// RGB out of texels of three bytes, in whatever order, and of four, B G R and one more.
+void run_rgb3_sse4(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
+void run_rgb4_sse4(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
+void run_rgb3_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
+void run_rgb4_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
+void run_rgb3_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
+void run_rgb4_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Xrgb>>) noexcept;
+
+// One and two channels; `step` of all views' texels is what the fast ones are named for.
 void run_luma_scalar(const WarpTable&, const Tile&, std::span<const TileImage<Luma>>) noexcept;
+void run_chroma_scalar(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
+void run_luma1_sse4(const WarpTable&, const Tile&, std::span<const TileImage<Luma>>) noexcept;
+void run_luma2_sse4(const WarpTable&, const Tile&, std::span<const TileImage<Luma>>) noexcept;
+void run_chroma1_sse4(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
+void run_chroma2_sse4(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
+void run_chroma4_sse4(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
+void run_luma1_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Luma>>) noexcept;
+void run_luma2_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Luma>>) noexcept;
+void run_chroma1_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
+void run_chroma2_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
+void run_chroma4_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
 void run_luma1_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Luma>>) noexcept;
 void run_luma2_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Luma>>) noexcept;
-void run_chroma_scalar(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
 void run_chroma1_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
 void run_chroma2_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
 void run_chroma4_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
 
 TileKernel<Xrgb> tile_kernel(Cpu cpu);
+TileKernel<Rgb16> wide_kernel(Cpu cpu);          // of texels of 16 bits
+TileKernel<Rgb16> linear_kernel(Cpu cpu);        // of texels of 8 bits, in linear light
+TileKernel<Rgb16> wide_linear_kernel(Cpu cpu);   // of texels of 16 bits, in linear light
+TileKernel<Xrgb> rgb_kernel(Cpu cpu, int step);  // 3 or 4 bytes a texel
 TileKernel<Luma> luma_kernel(Cpu cpu, int step);
 TileKernel<Chroma> chroma_kernel(Cpu cpu, int step);
 

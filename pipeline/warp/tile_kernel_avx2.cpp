@@ -48,13 +48,25 @@ struct Avx2 {
   CUPOLA_INLINE static Register shift_right(Register a, int bits) {
     return _mm256_sra_epi32(a, _mm_cvtsi32_si128(bits));
   }
-  CUPOLA_INLINE static Register clamp_to_byte(Register a) {
-    return _mm256_min_epi32(_mm256_max_epi32(a, _mm256_setzero_si256()), all32(255));
+  template <int kMost>
+  CUPOLA_INLINE static Register clamp(Register a) {
+    return _mm256_min_epi32(_mm256_max_epi32(a, _mm256_setzero_si256()), all32(kMost));
   }
 
-  CUPOLA_INLINE static void store_rows(Register pixels, Xrgb* out, std::ptrdiff_t stride) {
+  // Four pixels a row, 32 bits each; of 16 and of 64 bits, the latter from the first and the second half.
+  template <class Pixel>
+  CUPOLA_INLINE static void store_rows(Register pixels, Pixel* out, std::ptrdiff_t stride) {
     _mm_storeu_si128(reinterpret_cast<__m128i*>(out), _mm256_castsi256_si128(pixels));
     _mm_storeu_si128(reinterpret_cast<__m128i*>(out + stride), _mm256_extracti128_si256(pixels, 1));
+  }
+  CUPOLA_INLINE static void store_rows16(Register pixels, Luma* out, std::ptrdiff_t stride) {
+    const __m256i packed = _mm256_packus_epi32(pixels, pixels);
+    _mm_storel_epi64(reinterpret_cast<__m128i*>(out), _mm256_castsi256_si128(packed));
+    _mm_storel_epi64(reinterpret_cast<__m128i*>(out + stride), _mm256_extracti128_si256(packed, 1));
+  }
+  CUPOLA_INLINE static void store_rows64(Register first, Register second, Rgb16* out, std::ptrdiff_t stride) {
+    store_rows(_mm256_unpacklo_epi32(first, second), out, stride);
+    store_rows(_mm256_unpackhi_epi32(first, second), out + 2, stride);
   }
 };
 
@@ -62,7 +74,57 @@ struct Avx2 {
 
 void run_tile_avx2(const WarpTable& table, const Tile& tile,
                    std::span<const TileImage<Xrgb>> images) noexcept {
-  PairKernel<Avx2>::run(table, tile, images);
+  PairKernel<Avx2, Xrgb, 1>::run(table, tile, images);
+}
+
+void run_rgb3_avx2(const WarpTable& table, const Tile& tile,
+                   std::span<const TileImage<Xrgb>> images) noexcept {
+  PairKernel<Avx2, Xrgb, 3>::run(table, tile, images);
+}
+
+void run_rgb4_avx2(const WarpTable& table, const Tile& tile,
+                   std::span<const TileImage<Xrgb>> images) noexcept {
+  PairKernel<Avx2, Xrgb, 4>::run(table, tile, images);
+}
+
+void run_wide_avx2(const WarpTable& table, const Tile& tile,
+                   std::span<const TileImage<Rgb16>> images) noexcept {
+  PairKernel<Avx2, Rgb16, 2>::run(table, tile, images);
+}
+
+void run_linear_avx2(const WarpTable& table, const Tile& tile,
+                     std::span<const TileImage<Rgb16>> images) noexcept {
+  PairKernel<Avx2, Rgb16, 1>::run(table, tile, images);
+}
+
+void run_wide_linear_avx2(const WarpTable& table, const Tile& tile,
+                          std::span<const TileImage<Rgb16>> images) noexcept {
+  PairKernel<Avx2, Rgb16, kLightOf16>::run(table, tile, images);
+}
+
+void run_luma1_avx2(const WarpTable& table, const Tile& tile,
+                    std::span<const TileImage<Luma>> images) noexcept {
+  PairKernel<Avx2, Luma, 1>::run(table, tile, images);
+}
+
+void run_luma2_avx2(const WarpTable& table, const Tile& tile,
+                    std::span<const TileImage<Luma>> images) noexcept {
+  PairKernel<Avx2, Luma, 2>::run(table, tile, images);
+}
+
+void run_chroma1_avx2(const WarpTable& table, const Tile& tile,
+                      std::span<const TileImage<Chroma>> images) noexcept {
+  PairKernel<Avx2, Chroma, 1>::run(table, tile, images);
+}
+
+void run_chroma2_avx2(const WarpTable& table, const Tile& tile,
+                      std::span<const TileImage<Chroma>> images) noexcept {
+  PairKernel<Avx2, Chroma, 2>::run(table, tile, images);
+}
+
+void run_chroma4_avx2(const WarpTable& table, const Tile& tile,
+                      std::span<const TileImage<Chroma>> images) noexcept {
+  PairKernel<Avx2, Chroma, 4>::run(table, tile, images);
 }
 
 }  // namespace cupola

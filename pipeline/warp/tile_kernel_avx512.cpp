@@ -13,8 +13,8 @@ namespace {
 // What a kernel makes of which texels.
 template <class Pixel, int kStep>
 struct Form;
-template <>
-struct Form<Xrgb, 1> {
+template <int kStep>
+struct Form<Xrgb, kStep> {
   static constexpr int kCount = 3;
   static constexpr int kFraction = 0;  // bits; with none, sums are rounded to nearest
   static constexpr int kMost = 255;
@@ -31,6 +31,22 @@ struct Form<Chroma, kStep> {
   static constexpr int kFraction = kFineBits;
   static constexpr int kMost = kMostFine;
 };
+
+// Low and high bytes of three planes' 16 bits: as texels have them (2), or of the light of sRGB bytes (1).
+template <int kStep>
+struct Form<Rgb16, kStep> {
+  static constexpr int kCount = 6;
+  static constexpr int kFraction = 0;
+  static constexpr int kMost = 65535;
+};
+
+// Channels that are the high bytes of the ones before them.
+template <class F>
+inline constexpr bool kDeep = F::kCount == 6;
+template <class F>
+CUPOLA_INLINE constexpr bool is_high(int channel) {
+  return kDeep<F> && channel % 2 == 1;
+}
 
 // Where the kernel is in the table.
 struct Cursor {
@@ -124,6 +140,32 @@ CUPOLA_INLINE __m512i joined(const Channels<1>& y) {
   return y[0];
 }
 
+// Pixels of 64 bits, each colour in the first of its two channels.
+template <bool kAcross>
+CUPOLA_INLINE void store(const Channels<6>& channels, const Block& block, const TileImage<Rgb16>& image) {
+  __m512i red_green = _mm512_or_si512(channels[0], _mm512_slli_epi32(channels[2], 16));
+  __m512i blue = channels[4];
+  if (block.covered != kAllPixels) [[unlikely]] {
+    red_green = only_covered(red_green, block.covered, 0);
+    blue = only_covered(blue, block.covered, 0);
+  }
+  if constexpr (kAcross) {
+    red_green = _mm512_shuffle_epi32(red_green, static_cast<_MM_PERM_ENUM>(0x1b));
+    blue = _mm512_shuffle_epi32(blue, static_cast<_MM_PERM_ENUM>(0x1b));
+  }
+  const __m512i left = _mm512_unpacklo_epi32(red_green, blue);
+  const __m512i right = _mm512_unpackhi_epi32(red_green, blue);
+  Rgb16* out = image.corner + image.template offset<kAcross>(block.at);
+  const auto put = [&](int y, __m128i first, __m128i second) {
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(out + y * image.stride), first);
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(out + y * image.stride + 2), second);
+  };
+  put(0, _mm512_castsi512_si128(left), _mm512_castsi512_si128(right));
+  put(1, _mm512_extracti32x4_epi32(left, 1), _mm512_extracti32x4_epi32(right, 1));
+  put(2, _mm512_extracti32x4_epi32(left, 2), _mm512_extracti32x4_epi32(right, 2));
+  put(3, _mm512_extracti32x4_epi32(left, 3), _mm512_extracti32x4_epi32(right, 3));
+}
+
 // Into the block's four rows.
 template <bool kAcross, class Pixel, int kCount>
 CUPOLA_INLINE void store(const Channels<kCount>& channels, const Block& block,
@@ -172,12 +214,14 @@ void run_bytes(Cursor& at, const TileImage<Pixel>* images) {
   const Window* window = at.window;
   const WeightLine* line = at.line;
   do {
-    if constexpr (F::kCount < 3) at.ahead->step();
+    if constexpr (F::kCount != 3) at.ahead->step();
     const __m512i start = _mm512_set1_epi32(kStart[block->bits]);
+    const __m512i unrounded = _mm512_set1_epi32(128 << block->bits);
     Channels<F::kCount> sum[kImages];
     Channels<F::kCount> biased[kImages]{};
     for (int i = 0; i < kImages; ++i) {
-      for (int channel = 0; channel < F::kCount; ++channel) sum[i][channel] = start;
+      for (int channel = 0; channel < F::kCount; ++channel)
+        sum[i][channel] = is_high<F>(channel) ? unrounded : start;
     }
     for (const Window* end = window + block->window_count; window != end; ++window) {
       Texels<kImages, F::kCount> texels = load_windows<kImages>(images, *window, load);
@@ -202,11 +246,17 @@ void run_bytes(Cursor& at, const TileImage<Pixel>* images) {
     for (int i = 0; i < kImages; ++i) {
       for (int channel = 0; channel < F::kCount; ++channel) {
         if constexpr (kSigned) {
-          const __m512i unbiased = _mm512_sub_epi32(sum[i][channel], biased[i][channel]);
-          sum[i][channel] = clamped<F::kMost>(shifted<F::kFraction>(unbiased, *block));
-        } else {
-          sum[i][channel] = shifted<F::kFraction>(sum[i][channel], *block);
+          sum[i][channel] = _mm512_sub_epi32(sum[i][channel], biased[i][channel]);
         }
+      }
+      // 256 times the sum of high bytes is below 2^29: weights of bytes sum to at most 3 * 2^9.
+      for (int channel = 0; channel < F::kCount; channel += kDeep<F> ? 2 : 1) {
+        if constexpr (kDeep<F>) {
+          const __m512i high = _mm512_slli_epi32(sum[i][channel + 1], 8);
+          sum[i][channel] = _mm512_add_epi32(sum[i][channel], high);
+        }
+        sum[i][channel] = shifted<F::kFraction>(sum[i][channel], *block);
+        if constexpr (kSigned) sum[i][channel] = clamped<F::kMost>(sum[i][channel]);
       }
     }
     store<kAcross>(sum[0], *block, images[0]);
@@ -222,9 +272,17 @@ CUPOLA_INLINE Channels<F::kCount> finish16(const Channels<F::kCount>& high, cons
   Channels<F::kCount> channels;
   const __m512i one = _mm512_set1_epi32(F::kFraction == 0 ? 1 : 0);
   const __m512i half = _mm512_sllv_epi32(one, _mm512_set1_epi32(static_cast<int>(block.bits - 1)));
-  for (int channel = 0; channel < F::kCount; ++channel) {
+  for (int channel = 0; channel < F::kCount; channel += kDeep<F> ? 2 : 1) {
     const __m512i sum = _mm512_add_epi32(join(high[channel], low[channel]), half);
-    channels[channel] = clamped<F::kMost>(shifted<F::kFraction>(sum, block));
+    if constexpr (kDeep<F>) {
+      // 256 times the sum of high bytes may not fit. Floors nest, and bits >= 12: so the sum of low bytes may
+      // lose its last 8 bits before the two are added.
+      const __m512i upper = join(high[channel + 1], low[channel + 1]);
+      const __m512i both = _mm512_add_epi32(upper, _mm512_srai_epi32(sum, 8));
+      channels[channel] = clamped<F::kMost>(shifted<8>(both, block));
+    } else {
+      channels[channel] = clamped<F::kMost>(shifted<F::kFraction>(sum, block));
+    }
   }
   return channels;
 }
@@ -238,7 +296,7 @@ void run_pairs(Cursor& at, const TileImage<Pixel>* images) {
   const Window* window = at.window;
   const WeightLine* line = at.line;
   do {
-    if constexpr (F::kCount < 3) at.ahead->step();
+    if constexpr (F::kCount != 3) at.ahead->step();
     Channels<F::kCount> high[kImages]{};
     Channels<F::kCount> low[kImages]{};
     for (const Window* end = window + block->window_count; window != end; ++window) {
@@ -309,9 +367,10 @@ void run_image(const WarpTable& table, const Tile& tile, const TileImage<Pixel>*
   Cursor at{first, first + tile.block_count, table.windows.data() + tile.first_window,
             table.lines.data() + tile.first_line, nullptr};
   TexelsAhead ahead;
-  if constexpr (constexpr int kCount = Form<Pixel, kStep>::kCount; kCount < 3) {
+  if constexpr (constexpr int kCount = Form<Pixel, kStep>::kCount; kCount != 3) {
+    constexpr int kPlanes = kCount == 6 ? 3 : kStep == 1 ? kCount : 1;
     if (&tile != &table.tiles.back())
-      ahead = {table, *(&tile + 1), images, kImages, kStep == 1 ? kCount : 1, tile.block_count};
+      ahead = {table, *(&tile + 1), images, kImages, kPlanes, tile.block_count};
     at.ahead = &ahead;
   }
   while (at.block != at.last) {
@@ -368,6 +427,26 @@ void run_images(const WarpTable& table, const Tile& tile, std::span<const TileIm
 
 void run_tile_avx512(const WarpTable& table, const Tile& tile,
                      std::span<const TileImage<Xrgb>> images) noexcept {
+  run_images<1>(table, tile, images);
+}
+
+void run_rgb3_avx512(const WarpTable& table, const Tile& tile,
+                     std::span<const TileImage<Xrgb>> images) noexcept {
+  run_images<3>(table, tile, images);
+}
+
+void run_rgb4_avx512(const WarpTable& table, const Tile& tile,
+                     std::span<const TileImage<Xrgb>> images) noexcept {
+  run_images<4>(table, tile, images);
+}
+
+void run_wide_avx512(const WarpTable& table, const Tile& tile,
+                     std::span<const TileImage<Rgb16>> images) noexcept {
+  run_images<2>(table, tile, images);
+}
+
+void run_linear_avx512(const WarpTable& table, const Tile& tile,
+                       std::span<const TileImage<Rgb16>> images) noexcept {
   run_images<1>(table, tile, images);
 }
 

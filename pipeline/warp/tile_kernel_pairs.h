@@ -1,33 +1,40 @@
 // The warp with registers of 16 bytes, or several of them side by side: two rows of a window fill one, and a
-// byte shuffle gives four pixels their patch row. A template over the register, for SSE4.1 and AVX2.
+// byte shuffle gives four pixels their patch row. A template over the register, for SSE4.1 and AVX2, and over
+// what goes in and comes out (paired_texels.h).
 //
 // A group is a block's row of four pixels. Row pair r is the window's rows r and r + 1; all pairs of a window
 // are made once, in the cache, so that a group finds the texels of its k-th patch row at pair (its highest
 // start)
 // + k by one load. Where the starts of a group lie further apart than a row, pairs 2, 4 and 6 further down
-// are shuffled too. SPDX-License-Identifier: MIT
+// are shuffled too.
+// SPDX-License-Identifier: MIT
 #pragma once
 
 #include <smmintrin.h>
 
+#include "pipeline/warp/paired_texels.h"
 #include "pipeline/warp/tile_kernel.h"
 
 namespace cupola {
 
 // `Lanes` is of the including file alone, and with it all that comes of this template: code for one
 // instruction set is never taken for another's.
-template <class Lanes>
+template <class Lanes, class Pixel, int kStep>
 class PairKernel {
  public:
   static void run(const WarpTable& table, const Tile& tile,
-                  std::span<const TileImage<Xrgb>> images) noexcept {
+                  std::span<const TileImage<Pixel>> images) noexcept {
     PairKernel kernel;
-    for (const TileImage<Xrgb>& image : images) {
+    for (const TileImage<Pixel>& image : images) {
       kernel.run_image(table, tile, image);
     }
   }
 
  private:
+  using In = PairedTexels<Lanes, Pixel, kStep>;
+  static constexpr bool kDeep = std::is_same_v<Pixel, Rgb16>;
+  static constexpr bool kFine = std::is_same_v<Pixel, Luma> || std::is_same_v<Pixel, Chroma>;
+  static constexpr int kChannels = In::kSources * In::kOfSource;  // of bytes
   using Register = typename Lanes::Register;
   static constexpr int kParts = kBlockSide / Lanes::kGroups;  // registers of 32 bits a pixel a block
   static constexpr int kPartBytes = Lanes::kGroups * 16;
@@ -42,7 +49,7 @@ class PairKernel {
 
   // 32 bits a pixel.
   struct Sums {
-    Register of[3][kParts];
+    Register of[kChannels][kParts];
   };
 
   // Where the groups of a window look: byte offsets of each one's first row pair, and bytes to pick from it.
@@ -51,12 +58,6 @@ class PairKernel {
     std::size_t pair[kBlockSide];
     Register index[kReach][kParts];
   };
-
-  CUPOLA_INLINE static __m128i load_two_rows(const std::uint8_t* row, std::ptrdiff_t stride) {
-    const __m128i upper = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(row));
-    return _mm_castps_si128(
-        _mm_loadh_pi(_mm_castsi128_ps(upper), reinterpret_cast<const __m64*>(row + stride)));
-  }
 
   CUPOLA_INLINE void put_pair(int channel, int row, __m128i pair) {
     _mm_store_si128(reinterpret_cast<__m128i*>(pairs_[channel][row]), pair);
@@ -67,19 +68,28 @@ class PairKernel {
   template <bool kSigned, int kTwos>
   CUPOLA_INLINE void make_pairs(const ViewTexels& view, const Window& window) {
     const __m128i sign = _mm_set1_epi8(static_cast<char>(kSigned ? 0x80 : 0));
-    for (int channel = 0; channel < 3; ++channel) {
-      const std::uint8_t* row = view.window(channel, window.x, window.y);
+    constexpr int kOf = In::kOfSource;
+    for (int source = 0; source < In::kSources; ++source) {
+      const std::uint8_t* row = In::first(view, source, window.x, window.y);
       const std::ptrdiff_t stride = view.stride;
-      __m128i above = _mm_xor_si128(load_two_rows(row, stride), sign);
-      put_pair(channel, 0, above);
+      const int channel = source * kOf;
+      TwoRows<kOf> above = In::two_rows(view, row, stride);
+      for (int i = 0; i < kOf; ++i) {
+        above.of[i] = _mm_xor_si128(above.of[i], sign);
+        put_pair(channel + i, 0, above.of[i]);
+      }
       for (int two = 1; two < kTwos; ++two) {
         row += 2 * stride;
-        const __m128i below = _mm_xor_si128(load_two_rows(row, stride), sign);
-        put_pair(channel, 2 * two - 1, _mm_alignr_epi8(below, above, 8));
-        put_pair(channel, 2 * two, below);
+        TwoRows<kOf> below = In::two_rows(view, row, stride);
+        for (int i = 0; i < kOf; ++i) {
+          below.of[i] = _mm_xor_si128(below.of[i], sign);
+          put_pair(channel + i, 2 * two - 1, _mm_alignr_epi8(below.of[i], above.of[i], 8));
+          put_pair(channel + i, 2 * two, below.of[i]);
+        }
         above = below;
       }
-      put_pair(channel, 2 * kTwos - 1, _mm_unpackhi_epi64(above, above));
+      for (int i = 0; i < kOf; ++i)
+        put_pair(channel + i, 2 * kTwos - 1, _mm_unpackhi_epi64(above.of[i], above.of[i]));
     }
   }
 
@@ -175,7 +185,7 @@ class PairKernel {
         Weights weights;
         weights.first = Lanes::load(line[0].bytes.data() + part * kPartBytes);
         if constexpr (kLinesARow == 2) weights.second = Lanes::load(line[1].bytes.data() + part * kPartBytes);
-        for (int channel = 0; channel < 3; ++channel) {
+        for (int channel = 0; channel < kChannels; ++channel) {
           const Register texels = patch(pairs + channel * kChannelBytes, here, part);
           sums.of[channel][part] = Lanes::add32(sums.of[channel][part], product<kKind>(texels, weights));
         }
@@ -190,11 +200,12 @@ class PairKernel {
   CUPOLA_INLINE Sums sum_narrow(const Source& from) {
     constexpr bool kSigned = kKind != BlockKind::kNarrow16;  // texels are
     const int bits = from.block.bits;
-    // Rounds, and puts 128 * 2^bits back.
-    const Register start = Lanes::all32(kSigned ? (257 << bits) >> 1 : 1 << (bits - 1));
+    // Puts 128 * 2^bits back, and rounds what is not rounded later.
+    const Register unrounded = Lanes::all32(kSigned ? 128 << bits : 0);
+    const Register start = kFine ? unrounded : Lanes::all32(kSigned ? (257 << bits) >> 1 : 1 << (bits - 1));
     Sums sums;
-    for (auto& channel : sums.of) {
-      for (Register& sum : channel) sum = start;
+    for (int channel = 0; channel < kChannels; ++channel) {
+      for (Register& sum : sums.of[channel]) sum = kDeep && channel % 2 == 1 ? unrounded : start;
     }
     const WeightLine* line = from.line;
     const Window* window = from.window;
@@ -209,13 +220,33 @@ class PairKernel {
         line = add_patches<kKind, 4>(sums, *window, line, view.flip);
       }
     }
-    for (auto& channel : sums.of) {
-      for (Register& sum : channel) {
-        sum = Lanes::shift_right(sum, bits);
-        if constexpr (kKind != BlockKind::kNarrow8) sum = Lanes::clamp_to_byte(sum);
+    finish<kKind>(sums, bits);
+    return sums;
+  }
+
+  // From sums to samples; of 16-bit texels, whose low and high bytes were summed apart, into the first of
+  // both channels. There 256 high + low is below 2^29 for weights of bytes. For those of 16 bits it may not
+  // fit, but since floors nest and bits >= 12 the low sum may first lose its last 8 bits.
+  template <BlockKind kKind>
+  CUPOLA_INLINE static void finish(Sums& sums, int bits) {
+    constexpr bool kBytes = kKind == BlockKind::kNarrow8 || kKind == BlockKind::kSigned8;
+    constexpr int kMost = kDeep ? 65535 : kFine ? kMostFine : 255;
+    for (int channel = 0; channel < kChannels; channel += kDeep ? 2 : 1) {
+      for (int part = 0; part < kParts; ++part) {
+        Register sum = sums.of[channel][part];
+        if constexpr (!kDeep) {
+          sum = Lanes::shift_right(sum, kFine ? bits - kFineBits : bits);
+        } else if constexpr (kBytes) {
+          const Register high = Lanes::template shift_left<8>(sums.of[channel + 1][part]);
+          sum = Lanes::shift_right(Lanes::add32(high, sum), bits);
+        } else {
+          sum = Lanes::shift_right(Lanes::add32(sums.of[channel + 1][part], Lanes::shift_right(sum, 8)),
+                                   bits - 8);
+        }
+        if constexpr (kKind != BlockKind::kNarrow8) sum = Lanes::template clamp<kMost>(sum);
+        sums.of[channel][part] = sum;
       }
     }
-    return sums;
   }
 
   // Two rows of texels by two of high and of low weights, into four sums.
@@ -228,35 +259,43 @@ class PairKernel {
 
   // Rare, and 16 bytes wide for every instruction set.
   [[gnu::noinline]] static Sums sum_wide(const Source& from) {
-    alignas(64) std::array<std::array<std::int32_t, kPixelsInBlock>, 3> totals{};
+    alignas(64) std::array<std::array<std::int32_t, kPixelsInBlock>, kChannels> totals{};
     const WeightLine* line = from.line;
     const Window* window = from.window;
     for (const Window* end = window + from.block.window_count; window != end; ++window, line += 2) {
       const ViewTexels& view = from.views[window->view];
       const __m128i turned = _mm_xor_si128(_mm_set_epi64x(0x0f0e0d0c0b0a0908, 0x0706050403020100),
                                            _mm_set1_epi32(static_cast<int>(view.flip)));
-      for (std::size_t channel = 0; channel < 3; ++channel) {
-        const std::uint8_t* row = view.window(static_cast<int>(channel), window->x, window->y);
+      for (int source = 0; source < In::kSources; ++source) {
+        const std::uint8_t* row = In::first(view, source, window->x, window->y);
         const std::ptrdiff_t stride = view.stride;
-        __m128i sum = _mm_setzero_si128();
+        __m128i sums[In::kOfSource] = {};
         for (int two = 0; two < kWindowSide / 2; ++two, row += 2 * stride) {
-          const __m128i texels = _mm_shuffle_epi8(load_two_rows(row, stride), turned);
-          sum = _mm_add_epi32(sum, wide_product(texels, line, two));
+          const TwoRows<In::kOfSource> texels = In::two_rows(view, row, stride);
+          for (int i = 0; i < In::kOfSource; ++i) {
+            sums[i] = _mm_add_epi32(sums[i], wide_product(_mm_shuffle_epi8(texels.of[i], turned), line, two));
+          }
         }
-        sum = _mm_add_epi32(sum, _mm_shuffle_epi32(sum, 0x4e));
-        sum = _mm_add_epi32(sum, _mm_shuffle_epi32(sum, 0xb1));
-        totals[channel][window->start[0]] += _mm_cvtsi128_si32(sum);
+        for (int i = 0; i < In::kOfSource; ++i) {
+          __m128i sum = _mm_add_epi32(sums[i], _mm_shuffle_epi32(sums[i], 0x4e));
+          sum = _mm_add_epi32(sum, _mm_shuffle_epi32(sum, 0xb1));
+          totals[static_cast<std::size_t>(source * In::kOfSource + i)][window->start[0]] +=
+              _mm_cvtsi128_si32(sum);
+        }
       }
     }
     const int bits = from.block.bits;
     Sums sums;
-    for (std::size_t channel = 0; channel < 3; ++channel) {
+    for (int channel = 0; channel < kChannels; ++channel) {
+      const bool rounds = !kFine && !(kDeep && channel % 2 == 1);
+      const Register half = Lanes::all32(rounds ? 1 << (bits - 1) : 0);
       for (int part = 0; part < kParts; ++part) {
-        const Register total = Lanes::load(totals[channel].data() + part * kBlockSide * Lanes::kGroups);
-        sums.of[channel][part] = Lanes::clamp_to_byte(
-            Lanes::shift_right(Lanes::add32(total, Lanes::all32(1 << (bits - 1))), bits));
+        const int first = part * kBlockSide * Lanes::kGroups;
+        sums.of[channel][part] =
+            Lanes::add32(Lanes::load(totals[static_cast<std::size_t>(channel)].data() + first), half);
       }
     }
+    finish<BlockKind::kWide16>(sums, bits);
     return sums;
   }
 
@@ -282,33 +321,62 @@ class PairKernel {
     const Window* last = table.windows.data() + table.windows.size() - 1;
     const Window& ahead = last - window > kAhead ? window[kAhead] : *last;
     const ViewTexels& view = views[ahead.view];
-    for (int channel = 0; channel < 3; ++channel) {
+    for (int source = 0; source < In::kSources; ++source) {
       const std::ptrdiff_t stride = view.stride;
-      const std::uint8_t* row = view.window(channel, ahead.x, ahead.y) + (block & 3) * stride;
+      const std::uint8_t* row = In::first(view, source, ahead.x, ahead.y) + (block & 3) * stride;
       __builtin_prefetch(row);
       __builtin_prefetch(row + kWindowSide / 2 * stride);
     }
   }
 
-  // Sixteen pixels, each 0 to 255 a channel, into the block's four rows.
-  CUPOLA_INLINE static void store(const Sums& rgb, const Block& block, const TileImage<Xrgb>& image) {
-    const Register black = Lanes::all32(static_cast<int>(kBlackXrgb));
-    Xrgb* out = image.block(block.at);
+  // All bits of the pixels that have a footprint.
+  CUPOLA_INLINE static Register covered(const Block& block, int part) {
+    const Register bit = Lanes::load(kPixelBit.data() + part * kPartBytes / 4);
+    return Lanes::equal32(Lanes::both(Lanes::all32(block.covered), bit), bit);
+  }
+
+  // Sixteen pixels into the block's four rows.
+  CUPOLA_INLINE static void store(const Sums& sums, const Block& block, const TileImage<Pixel>& image) {
+    Pixel* out = image.block(block.at);
     for (int part = 0; part < kParts; ++part, out += Lanes::kGroups * image.stride) {
-      const Register red_green = Lanes::either(Lanes::template shift_left<16>(rgb.of[0][part]),
-                                               Lanes::template shift_left<8>(rgb.of[1][part]));
-      Register pixels = Lanes::either(red_green, rgb.of[2][part]);
-      if (block.covered != kAllPixels) {
-        const Register bit = Lanes::load(kPixelBit.data() + part * kPartBytes / 4);
-        pixels = Lanes::both(pixels, Lanes::equal32(Lanes::both(Lanes::all32(block.covered), bit), bit));
+      Register pixels = sums.of[0][part];
+      if constexpr (kDeep) {
+        pixels = Lanes::either(pixels, Lanes::template shift_left<16>(sums.of[2][part]));
+        Register blue = sums.of[4][part];
+        if (block.covered != kAllPixels) {
+          pixels = Lanes::both(pixels, covered(block, part));
+          blue = Lanes::both(blue, covered(block, part));
+        }
+        if (image.across) {
+          pixels = Lanes::reversed32(pixels);
+          blue = Lanes::reversed32(blue);
+        }
+        Lanes::store_rows64(pixels, blue, out, image.stride);
+        continue;
+      } else if constexpr (kFine) {
+        if constexpr (kChannels == 2)
+          pixels = Lanes::either(pixels, Lanes::template shift_left<16>(sums.of[1][part]));
+        if (block.covered != kAllPixels) {
+          const Register none = Lanes::exclusive_or(covered(block, part), Lanes::all32(-1));
+          pixels = Lanes::either(pixels, kChannels == 2 ? none : Lanes::both(none, Lanes::all32(kNoFine)));
+        }
+      } else {
+        const Register red_green = Lanes::either(Lanes::template shift_left<16>(pixels),
+                                                 Lanes::template shift_left<8>(sums.of[1][part]));
+        pixels = Lanes::either(red_green, sums.of[2][part]);
+        if (block.covered != kAllPixels) pixels = Lanes::both(pixels, covered(block, part));
+        pixels = Lanes::either(pixels, Lanes::all32(static_cast<int>(kBlackXrgb)));
       }
-      pixels = Lanes::either(pixels, black);
       if (image.across) pixels = Lanes::reversed32(pixels);
-      Lanes::store_rows(pixels, out, image.stride);
+      if constexpr (sizeof(Pixel) == 2) {
+        Lanes::store_rows16(pixels, out, image.stride);
+      } else {
+        Lanes::store_rows(pixels, out, image.stride);
+      }
     }
   }
 
-  void run_image(const WarpTable& table, const Tile& tile, TileImage<Xrgb> image) {
+  void run_image(const WarpTable& table, const Tile& tile, TileImage<Pixel> image) {
     const Block* block = table.blocks.data() + tile.first_block;
     const Window* window = table.windows.data() + tile.first_window;
     const WeightLine* line = table.lines.data() + tile.first_line;
@@ -336,7 +404,7 @@ class PairKernel {
   // Row pairs 0 to 7, and what shuffles that pick nothing may load.
   static constexpr int kPairs = kWindowSide + 6;
   static constexpr int kChannelBytes = kPairs * kPairBytes;
-  alignas(64) std::uint8_t pairs_[3][kPairs][kPairBytes] = {};
+  alignas(64) std::uint8_t pairs_[kChannels][kPairs][kPairBytes] = {};
 };
 
 }  // namespace cupola

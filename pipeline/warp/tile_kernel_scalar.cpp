@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <type_traits>
 
+#include "pipeline/warp/light.h"
 #include "pipeline/warp/tile_kernel.h"
 
 namespace cupola {
@@ -37,12 +38,23 @@ void put(Chroma& pixel, const std::array<unsigned, 2>& uv) {
   pixel = {static_cast<std::uint16_t>(uv[0]), static_cast<std::uint16_t>(uv[1])};
 }
 
-template <class Pixel>
+// What a texel counts for.
+struct AsItIs {
+  int operator()(int texel) const { return texel; }
+};
+struct LightOf8 {
+  int operator()(int texel) const { return kLightOfSrgb8.words[static_cast<std::size_t>(texel)]; }
+};
+struct LightOf16 {
+  const std::uint16_t* table = light_tables().light_of_srgb16.data();
+  int operator()(int texel) const { return table[texel]; }
+};
+
+template <class Pixel, class Texel, class Value = AsItIs>
 class BlockSum {
  public:
-  using Sample = std::conditional_t<std::is_same_v<Pixel, Rgb16>, std::uint16_t, std::uint8_t>;
-  // |weight| * sample summed over a footprint: below 2^13 * 2^16 * 2 for 16 bits, hence 64 bits there.
-  using Sum = std::conditional_t<sizeof(Sample) == 1, std::int32_t, std::int64_t>;
+  // |weights| sum to at most 3 * 2^17, samples of 16 bits are below 2^16: hence 64 bits there.
+  using Sum = std::conditional_t<std::is_same_v<Pixel, Rgb16>, std::int64_t, std::int32_t>;
 
   BlockSum(const Block& block, std::span<const ViewTexels> views) : block_(block), views_(views) {}
 
@@ -83,17 +95,17 @@ class BlockSum {
   }
   unsigned rounded(Sum sum) const {
     const Sum value = (sum + (Sum{1} << (block_.bits - 1))) >> block_.bits;
-    return static_cast<unsigned>(std::clamp<Sum>(value, 0, static_cast<Sample>(~Sample{0})));
+    return static_cast<unsigned>(std::clamp<Sum>(value, 0, std::is_same_v<Pixel, Rgb16> ? 65535 : 255));
   }
 
   // `at`: 8 * row + column within the window.
   void add_texel(const Window& window, int pixel, int at, int weight) {
     const ViewTexels& view = views_[window.view];
-    const std::ptrdiff_t step = kFine ? view.step : 1;
+    const std::ptrdiff_t step = sizeof(Texel) == 1 ? view.step : 1;
     for (int channel = 0; channel < kCount; ++channel) {
       const std::uint8_t* row = view.window(channel, window.x, window.y) + at / kWindowSide * view.stride;
-      const Sample texel = reinterpret_cast<const Sample*>(row)[view.column(at % kWindowSide) * step];
-      sum_[pixel][channel] += static_cast<Sum>(weight) * texel;
+      const Texel texel = reinterpret_cast<const Texel*>(row)[view.column(at % kWindowSide) * step];
+      sum_[pixel][channel] += static_cast<Sum>(weight) * value_(texel);
     }
   }
 
@@ -113,16 +125,17 @@ class BlockSum {
 
   const Block& block_;
   std::span<const ViewTexels> views_;
+  [[no_unique_address]] Value value_;
   std::array<std::array<Sum, kCount>, kPixelsInBlock> sum_{};
 };
 
-template <class Pixel>
+template <class Texel, class Value = AsItIs, class Pixel>
 void run_tile(const WarpTable& table, const Tile& tile, std::span<const TileImage<Pixel>> images) noexcept {
   for (const TileImage<Pixel>& image : images) {
     const Window* window = table.windows.data() + tile.first_window;
     const WeightLine* line = table.lines.data() + tile.first_line;
     for (const Block& block : std::span(table.blocks).subspan(tile.first_block, tile.block_count)) {
-      BlockSum<Pixel> sum(block, image.views);
+      BlockSum<Pixel, Texel, Value> sum(block, image.views);
       for (std::uint32_t i = 0; i < block.window_count; ++i) line = sum.add(*window++, line);
       for (int i = 0; i < kPixelsInBlock; ++i) {
         const int column = i % kBlockSide;
@@ -138,22 +151,32 @@ void run_tile(const WarpTable& table, const Tile& tile, std::span<const TileImag
 
 void run_tile_scalar(const WarpTable& table, const Tile& tile,
                      std::span<const TileImage<Xrgb>> images) noexcept {
-  run_tile(table, tile, images);
+  run_tile<std::uint8_t>(table, tile, images);
 }
 
-void run_tile_wide(const WarpTable& table, const Tile& tile,
-                   std::span<const TileImage<Rgb16>> images) noexcept {
-  run_tile(table, tile, images);
+void run_wide_scalar(const WarpTable& table, const Tile& tile,
+                     std::span<const TileImage<Rgb16>> images) noexcept {
+  run_tile<std::uint16_t>(table, tile, images);
+}
+
+void run_linear_scalar(const WarpTable& table, const Tile& tile,
+                       std::span<const TileImage<Rgb16>> images) noexcept {
+  run_tile<std::uint8_t, LightOf8>(table, tile, images);
+}
+
+void run_wide_linear_scalar(const WarpTable& table, const Tile& tile,
+                            std::span<const TileImage<Rgb16>> images) noexcept {
+  run_tile<std::uint16_t, LightOf16>(table, tile, images);
 }
 
 void run_luma_scalar(const WarpTable& table, const Tile& tile,
                      std::span<const TileImage<Luma>> images) noexcept {
-  run_tile(table, tile, images);
+  run_tile<std::uint8_t>(table, tile, images);
 }
 
 void run_chroma_scalar(const WarpTable& table, const Tile& tile,
                        std::span<const TileImage<Chroma>> images) noexcept {
-  run_tile(table, tile, images);
+  run_tile<std::uint8_t>(table, tile, images);
 }
 
 }  // namespace cupola

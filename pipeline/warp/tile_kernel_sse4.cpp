@@ -43,12 +43,21 @@ struct Sse4 {
   CUPOLA_INLINE static Register shift_right(Register a, int bits) {
     return _mm_sra_epi32(a, _mm_cvtsi32_si128(bits));
   }
-  CUPOLA_INLINE static Register clamp_to_byte(Register a) {
-    return _mm_min_epi32(_mm_max_epi32(a, _mm_setzero_si128()), all32(255));
+  template <int kMost>
+  CUPOLA_INLINE static Register clamp(Register a) {
+    return _mm_min_epi32(_mm_max_epi32(a, _mm_setzero_si128()), all32(kMost));
   }
 
-  CUPOLA_INLINE static void store_rows(Register pixels, Xrgb* out, std::ptrdiff_t) {
-    _mm_storeu_si128(reinterpret_cast<__m128i*>(out), pixels);
+  // Four pixels a row, 32 bits each; of 16 and of 64 bits, the latter from the first and the second half.
+  CUPOLA_INLINE static void store_rows(Register pixels, void* out, std::ptrdiff_t) {
+    _mm_storeu_si128(static_cast<__m128i*>(out), pixels);
+  }
+  CUPOLA_INLINE static void store_rows16(Register pixels, Luma* out, std::ptrdiff_t) {
+    _mm_storel_epi64(reinterpret_cast<__m128i*>(out), _mm_packus_epi32(pixels, pixels));
+  }
+  CUPOLA_INLINE static void store_rows64(Register first, Register second, Rgb16* out, std::ptrdiff_t) {
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(out), _mm_unpacklo_epi32(first, second));
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(out + 2), _mm_unpackhi_epi32(first, second));
   }
 };
 
@@ -56,7 +65,57 @@ struct Sse4 {
 
 void run_tile_sse4(const WarpTable& table, const Tile& tile,
                    std::span<const TileImage<Xrgb>> images) noexcept {
-  PairKernel<Sse4>::run(table, tile, images);
+  PairKernel<Sse4, Xrgb, 1>::run(table, tile, images);
+}
+
+void run_rgb3_sse4(const WarpTable& table, const Tile& tile,
+                   std::span<const TileImage<Xrgb>> images) noexcept {
+  PairKernel<Sse4, Xrgb, 3>::run(table, tile, images);
+}
+
+void run_rgb4_sse4(const WarpTable& table, const Tile& tile,
+                   std::span<const TileImage<Xrgb>> images) noexcept {
+  PairKernel<Sse4, Xrgb, 4>::run(table, tile, images);
+}
+
+void run_wide_sse4(const WarpTable& table, const Tile& tile,
+                   std::span<const TileImage<Rgb16>> images) noexcept {
+  PairKernel<Sse4, Rgb16, 2>::run(table, tile, images);
+}
+
+void run_linear_sse4(const WarpTable& table, const Tile& tile,
+                     std::span<const TileImage<Rgb16>> images) noexcept {
+  PairKernel<Sse4, Rgb16, 1>::run(table, tile, images);
+}
+
+void run_wide_linear_sse4(const WarpTable& table, const Tile& tile,
+                          std::span<const TileImage<Rgb16>> images) noexcept {
+  PairKernel<Sse4, Rgb16, kLightOf16>::run(table, tile, images);
+}
+
+void run_luma1_sse4(const WarpTable& table, const Tile& tile,
+                    std::span<const TileImage<Luma>> images) noexcept {
+  PairKernel<Sse4, Luma, 1>::run(table, tile, images);
+}
+
+void run_luma2_sse4(const WarpTable& table, const Tile& tile,
+                    std::span<const TileImage<Luma>> images) noexcept {
+  PairKernel<Sse4, Luma, 2>::run(table, tile, images);
+}
+
+void run_chroma1_sse4(const WarpTable& table, const Tile& tile,
+                      std::span<const TileImage<Chroma>> images) noexcept {
+  PairKernel<Sse4, Chroma, 1>::run(table, tile, images);
+}
+
+void run_chroma2_sse4(const WarpTable& table, const Tile& tile,
+                      std::span<const TileImage<Chroma>> images) noexcept {
+  PairKernel<Sse4, Chroma, 2>::run(table, tile, images);
+}
+
+void run_chroma4_sse4(const WarpTable& table, const Tile& tile,
+                      std::span<const TileImage<Chroma>> images) noexcept {
+  PairKernel<Sse4, Chroma, 4>::run(table, tile, images);
 }
 
 }  // namespace cupola

@@ -1,5 +1,6 @@
 // How unlike two points of a picture are, by their distance, and its means over texels: what the
-// least-squares weights take a picture to be. SPDX-License-Identifier: MIT
+// least-squares weights take a picture to be.
+// SPDX-License-Identifier: MIT
 #pragma once
 
 #include <vector>

@@ -16,6 +16,9 @@ Cone cone_of_box(const View& home, const Vec3& direction, const ViewSample& at, 
         least = std::min(least, glm::dot(direction, direction_at(home, {u, v})));
       }
     }
+    // A cone is convex in the plane, so that its corners speak for the box; from an eye beside the centre,
+    // while that is not within the cone's cap.
+    if (least <= glm::length(home.shift)) least = kFarthestCosine;
     least = std::max(least, kFarthestCosine);
     return {std::sqrt((1.0 - least) * (1.0 + least)) + 1e-8, least};
   }

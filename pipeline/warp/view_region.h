@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "pipeline/optics/portable_math.h"
 #include "pipeline/optics/view.h"
+#include "pipeline/portable/portable_math.h"
 #include "pipeline/warp/tap.h"
 #include "pipeline/warp/warp_table.h"
 

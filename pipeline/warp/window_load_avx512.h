@@ -5,6 +5,7 @@
 
 #include <immintrin.h>
 
+#include "pipeline/warp/light.h"
 #include "pipeline/warp/tile_kernel.h"
 
 #define CUPOLA_INLINE_LAMBDA __attribute__((always_inline))
@@ -123,6 +124,97 @@ class WindowLoad<2, 4> {
              _mm512_permutexvar_epi32(
                  order, _mm512_packus_epi16(_mm512_srli_epi16(upper, 8), _mm512_srli_epi16(lower, 8)))}};
   }
+};
+
+// Three channels out of texels of three or four bytes: two rows in a register, four rows a permutation.
+template <int kStep>
+class PackedWindowLoad {
+ public:
+  template <int kRows>
+  CUPOLA_INLINE Channels<3> rows(const ViewTexels& view, const std::uint8_t* texels) const {
+    const auto row = [&](int y) { return _mm256_maskz_loadu_epi8(kRowBytes, texels + y * view.stride); };
+    const auto two = [&](int y) CUPOLA_INLINE_LAMBDA {
+      return _mm512_inserti64x4(_mm512_castsi256_si512(row(y)), row(y + 1), 1);
+    };
+    const __m512i none = _mm512_setzero_si512();
+    const __m512i first = two(0);
+    const __m512i second = kRows > 2 ? two(2) : none;
+    const __m512i third = kRows > 4 ? two(4) : none;
+    const __m512i fourth = kRows > 6 ? two(6) : none;
+    Channels<3> channels;
+    for (int i = 0; i < 3; ++i) {
+      const __m512i at = _mm512_add_epi8(_mm512_load_si512(kPlaces.data()),
+                                         _mm512_set1_epi8(static_cast<char>(view.channel[i])));
+      channels[i] = _mm512_permutex2var_epi8(first, at, second);
+      if constexpr (kRows > 4) {
+        const __m256i lower = _mm512_castsi512_si256(_mm512_permutex2var_epi8(third, at, fourth));
+        channels[i] = _mm512_inserti64x4(channels[i], lower, 1);
+      }
+    }
+    return channels;
+  }
+
+ private:
+  static constexpr __mmask32 kRowBytes = kStep == 4 ? 0xffffffff : 0xffffff;
+  // Of two registers' 128 bytes the first of each texel, row by row; the second half is of no use.
+  alignas(64) static constexpr std::array<std::uint8_t, 64> kPlaces = [] {
+    std::array<std::uint8_t, 64> places{};
+    for (int i = 0; i < 32; ++i)
+      places[static_cast<std::size_t>(i)] =
+          static_cast<std::uint8_t>(i / kWindowSide * 32 + i % kWindowSide * kStep);
+    return places;
+  }();
+};
+template <>
+class WindowLoad<3, 3> : public PackedWindowLoad<3> {};
+template <>
+class WindowLoad<3, 4> : public PackedWindowLoad<4> {};
+
+// Low and high bytes of three planes of 16 bits.
+template <>
+class WindowLoad<6, 2> {
+ public:
+  template <int kRows>
+  CUPOLA_INLINE Channels<6> rows(const ViewTexels& view, const std::uint8_t* texels) const {
+    Channels<6> channels;
+    for (int plane = 0; plane < 3; ++plane) {
+      const std::uint8_t* first = plane == 0 ? texels : texels + view.channel[plane];
+      const Channels<2> bytes = plane_.rows<kRows>(view, first);
+      channels[2 * plane] = bytes[0];
+      channels[2 * plane + 1] = bytes[1];
+    }
+    return channels;
+  }
+
+ private:
+  WindowLoad<2, 2> plane_;
+};
+
+// Low and high bytes of the light of three planes of sRGB bytes: all 64 texels are looked up at once, in each
+// half of a table of 256 bytes.
+template <>
+class WindowLoad<6, 1> {
+ public:
+  template <int kRows>
+  CUPOLA_INLINE Channels<6> rows(const ViewTexels& view, const std::uint8_t* texels) const {
+    const Channels<3> srgb = plane_.rows<kRows>(view, texels);
+    Channels<6> channels;
+    for (int plane = 0; plane < 3; ++plane) {
+      const __mmask64 bright = _mm512_movepi8_mask(srgb[plane]);
+      look_up(kLightOfSrgb8.low.data(), srgb[plane], bright, channels[2 * plane]);
+      look_up(kLightOfSrgb8.high.data(), srgb[plane], bright, channels[2 * plane + 1]);
+    }
+    return channels;
+  }
+
+ private:
+  CUPOLA_INLINE static void look_up(const std::uint8_t* table, const __m512i& texels, __mmask64 bright,
+                                    __m512i& light) {
+    const auto* parts = reinterpret_cast<const __m512i*>(table);  // aligned, of 64 bytes
+    const __m512i dark = _mm512_permutex2var_epi8(parts[0], texels, parts[1]);
+    light = _mm512_mask_mov_epi8(dark, bright, _mm512_permutex2var_epi8(parts[2], texels, parts[3]));
+  }
+  WindowLoad<3, 1> plane_;
 };
 
 // The same window of several images.

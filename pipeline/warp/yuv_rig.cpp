@@ -15,11 +15,11 @@ double stretch(int whole, int chroma) {
   return whole > chroma ? whole / (2.0 * chroma) : 1.0;
 }
 
-View chroma_view(const View& view, YuvLayout layout) {
+View chroma_view(const View& view, NativeLayout layout) {
   View chroma = view;
   chroma.size = chroma_size(layout, view.size);
   const Vec2 share{stretch(view.size.width, chroma.size.width),
-                   is_packed(layout) ? 1.0 : stretch(view.size.height, chroma.size.height)};
+                   has_chroma_in_every_row(layout) ? 1.0 : stretch(view.size.height, chroma.size.height)};
   chroma.focal = {view.focal.x * share.x, view.focal.y * share.y};
   chroma.principal = {view.principal.x * share.x, view.principal.y * share.y};
   return chroma;
@@ -33,19 +33,19 @@ double variance(const FilterSettings& filter) {
 
 }  // namespace
 
-Rig chroma_rig(const Rig& rig, YuvLayout layout) {
+Rig chroma_rig(const Rig& rig, NativeLayout layout) {
   Rig chroma = rig;
   for (View& view : chroma.views) view = chroma_view(view, layout);
   // Variances add: a triangle two texels wide at half its height has 1/6 of a texel^2; what `rig`
   // reconstructs by is in texels half as wide.
   chroma.filter.rec = rig.filter.rec / 4.0 + 1.0 / (6.0 * variance(rig.filter));
-  if (is_packed(layout)) {
+  if (has_chroma_in_every_row(layout)) {
     for (View& view : chroma.views) view.rec_v = rig.filter.rec / chroma.filter.rec;
   }
   return chroma;
 }
 
-Rig half_frame_chroma_rig(const Rig& rig, YuvLayout layout) {
+Rig half_frame_chroma_rig(const Rig& rig, NativeLayout layout) {
   Rig chroma = rig;
   for (View& view : chroma.views) view = chroma_view(view, layout);
   FrameGeometry& frame = chroma.frame;

@@ -4,31 +4,33 @@
 
 #include <cstdint>
 
-#include "pipeline/frame/yuv_image.h"
+#include "pipeline/frame/native_image.h"
 #include "pipeline/warp/cpu.h"
 #include "pipeline/warp/tile_kernel.h"
+#include "pipeline/warp/view_colour.h"
 
 namespace cupola {
 
-// R, G, B = (y Y + (u, v) . (U, V) + start) >> kShift, each with its own u, v and start, clamped to 0 to 255,
+// R, G, B = (y Y + (u, v) . (U, V) + start) >> kShift, each with its own numbers, clamped to 0 to 255,
 // of samples with kFineBits fractional bits. Coefficients are the matrix's times 2^kCoefficientBits, rounded:
 // each errs by at most 2^-14, which makes less than 0.031 of an 8-bit step over 239 steps of Y and 128 of U
 // and V.
 //
-// Ranges. Samples are at most 16,351 < 2^14, |coefficients| at most 17,305 < 2^14.1, so both fit 16 bits with
-// sign. A channel has at most two chroma terms, which sum to less than 2^28.1; y Y is below 2^27.3; start
-// below 2^27.9: all partial sums stay within 2^30.
+// Ranges. Samples are at most 16,351 < 2^14. |Coefficients| are at most 17,305, times a gain of up to 1.8
+// 31,149: both fit 16 bits with sign. Of luma that makes up to 9,539 1.8 16,351 < 2.9e8, of chroma, which has
+// at most two terms of different signs or lesser ones of the same, less than 5.1e8; start, with an offset of
+// up to 64 steps of 2^19, is below 3.2e8 in magnitude: all partial sums stay within 2^30.
 struct YuvToRgb {
   static constexpr int kCoefficientBits = 13;
   static constexpr int kShift = kCoefficientBits + kFineBits;
   struct Channel {
-    std::int16_t u = 0, v = 0;
+    std::int16_t y = 0, u = 0, v = 0;
     std::int32_t start = 0;  // less what black and grey give, plus half a step
   };
-  std::int16_t y = 0;
   Channel red, green, blue;
 };
-YuvToRgb yuv_to_rgb(YuvColour colour);
+// With colours of the ranges that ViewColour states.
+YuvToRgb yuv_to_rgb(YuvColour colour, const ViewColour& view = {});
 
 // Y of what is outside the image; U and V are 128.
 inline std::uint8_t black_luma(YuvRange range) {
@@ -43,6 +45,7 @@ struct YuvRows {
   void (*xrgb)(const Luma* luma, const Chroma* chroma, int count, const YuvToRgb& matrix, Xrgb* to) noexcept;
 };
 extern const YuvRows kYuvRowsScalar;
+extern const YuvRows kYuvRowsSse4;
 extern const YuvRows kYuvRowsAvx512;
 
 const YuvRows& yuv_rows(Cpu cpu);

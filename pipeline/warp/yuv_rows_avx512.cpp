@@ -66,38 +66,36 @@ void store_chroma(const Chroma* from, int count, std::uint8_t* to) noexcept {
 // A channel's coefficients, for multiplying pairs of 16 bits.
 struct Channel {
   explicit Channel(const YuvToRgb::Channel& of)
-      : chroma(_mm512_set1_epi32(of.v * 65536 + static_cast<std::uint16_t>(of.u))),
+      : luma(_mm512_set1_epi32(of.y)),
+        chroma(_mm512_set1_epi32(of.v * 65536 + static_cast<std::uint16_t>(of.u))),
         start(_mm512_set1_epi32(of.start)) {}
-  __m512i chroma, start;
+  __m512i luma, chroma, start;
 };
 
 class Converter {
  public:
-  explicit Converter(const YuvToRgb& matrix)
-      : luma_(_mm512_set1_epi32(matrix.y)), red_(matrix.red), green_(matrix.green), blue_(matrix.blue) {}
+  explicit Converter(const YuvToRgb& matrix) : red_(matrix.red), green_(matrix.green), blue_(matrix.blue) {}
 
   // 16 pixels; of `y` the upper 16 bits of each lane are 0.
   __m512i operator()(__m512i y, __m512i uv) const {
     const __mmask16 grey = _mm512_cmpeq_epi32_mask(uv, _mm512_set1_epi32(-1));
     const __m512i chroma = _mm512_mask_mov_epi32(uv, grey, _mm512_set1_epi16(128 << kFineBits));
-    const __m512i light = _mm512_madd_epi16(y, luma_);
     const __m512i pixels =
-        _mm512_ternarylogic_epi32(_mm512_or_si512(_mm512_slli_epi32(sample(red_, light, chroma), 16),
-                                                  _mm512_slli_epi32(sample(green_, light, chroma), 8)),
-                                  sample(blue_, light, chroma), black_, 0xfe);
+        _mm512_ternarylogic_epi32(_mm512_or_si512(_mm512_slli_epi32(sample(red_, y, chroma), 16),
+                                                  _mm512_slli_epi32(sample(green_, y, chroma), 8)),
+                                  sample(blue_, y, chroma), black_, 0xfe);
     const __mmask16 outside = _mm512_cmpeq_epi32_mask(y, _mm512_set1_epi32(kNoFine));
     return _mm512_mask_mov_epi32(pixels, outside, black_);
   }
 
  private:
-  static __m512i sample(const Channel& channel, __m512i light, __m512i chroma) {
-    const __m512i sum =
-        _mm512_add_epi32(_mm512_add_epi32(light, channel.start), _mm512_madd_epi16(chroma, channel.chroma));
+  static __m512i sample(const Channel& channel, __m512i y, __m512i chroma) {
+    const __m512i sum = _mm512_add_epi32(_mm512_add_epi32(_mm512_madd_epi16(y, channel.luma), channel.start),
+                                         _mm512_madd_epi16(chroma, channel.chroma));
     const __m512i value = _mm512_srai_epi32(sum, YuvToRgb::kShift);
     return _mm512_min_epi32(_mm512_max_epi32(value, _mm512_setzero_si512()), _mm512_set1_epi32(255));
   }
 
-  __m512i luma_;
   Channel red_, green_, blue_;
   __m512i black_ = _mm512_set1_epi32(static_cast<int>(kBlackXrgb));
 };

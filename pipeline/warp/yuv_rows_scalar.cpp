@@ -40,7 +40,7 @@ void convert(const Luma* luma, const Chroma* chroma, int count, const YuvToRgb& 
     const int u = grey ? kGrey : chroma[i].u;
     const int v = grey ? kGrey : chroma[i].v;
     const auto sample = [&](const YuvToRgb::Channel& channel) {
-      const int sum = matrix.y * luma[i] + channel.u * u + channel.v * v + channel.start;
+      const int sum = channel.y * luma[i] + channel.u * u + channel.v * v + channel.start;
       return static_cast<Xrgb>(std::clamp(sum >> YuvToRgb::kShift, 0, 255));
     };
     to[i] = kBlackXrgb | sample(matrix.red) << 16 | sample(matrix.green) << 8 | sample(matrix.blue);
@@ -49,7 +49,7 @@ void convert(const Luma* luma, const Chroma* chroma, int count, const YuvToRgb& 
 
 }  // namespace
 
-YuvToRgb yuv_to_rgb(YuvColour colour) {
+YuvToRgb yuv_to_rgb(YuvColour colour, const ViewColour& view) {
   // Shares of red and blue in luma; the rest is green.
   const bool hd = colour.matrix == YuvMatrix::kBt709;
   const double red = hd ? 0.2126 : 0.299;
@@ -57,17 +57,20 @@ YuvToRgb yuv_to_rgb(YuvColour colour) {
   const double green = 1.0 - red - blue;
   const bool limited = colour.range == YuvRange::kLimited;
   const double wide = limited ? 255.0 / 224.0 : 1.0;
-  YuvToRgb matrix;
-  matrix.y = coefficient(limited ? 255.0 / 219.0 : 1.0);
-  matrix.red.v = coefficient(2.0 * (1.0 - red) * wide);
-  matrix.green.u = coefficient(-2.0 * (1.0 - blue) * blue / green * wide);
-  matrix.green.v = coefficient(-2.0 * (1.0 - red) * red / green * wide);
-  matrix.blue.u = coefficient(2.0 * (1.0 - blue) * wide);
-  for (YuvToRgb::Channel* channel : {&matrix.red, &matrix.green, &matrix.blue}) {
-    channel->start = (1 << (YuvToRgb::kShift - 1)) - (channel->u + channel->v) * kGrey -
-                     matrix.y * (black_luma(colour.range) << kFineBits);
-  }
-  return matrix;
+  const auto channel = [&](std::size_t c, double u, double v) {
+    const double gain = view.gain[c];
+    YuvToRgb::Channel made;
+    made.y = coefficient(gain * (limited ? 255.0 / 219.0 : 1.0));
+    made.u = coefficient(gain * u * wide);
+    made.v = coefficient(gain * v * wide);
+    made.start = (1 << (YuvToRgb::kShift - 1)) - (made.u + made.v) * kGrey -
+                 made.y * (black_luma(colour.range) << kFineBits) +
+                 static_cast<std::int32_t>(std::lround(view.offset[c] * (1 << YuvToRgb::kShift)));
+    return made;
+  };
+  return {channel(0, 0.0, 2.0 * (1.0 - red)),
+          channel(1, -2.0 * (1.0 - blue) * blue / green, -2.0 * (1.0 - red) * red / green),
+          channel(2, 2.0 * (1.0 - blue), 0.0)};
 }
 
 const YuvRows kYuvRowsScalar{store_luma, store_chroma, convert};

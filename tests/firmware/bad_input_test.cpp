@@ -225,7 +225,7 @@ TEST_F(BadShow, Missing) {
 }
 
 TEST_F(BadShow, OfSourcesOfLaterVersions) {
-  for (const char* source : {"video", "scene", "composite", "multiprojection"}) {
+  for (const char* source : {"scene", "composite", "multiprojection"}) {
     expect_refused("\"stills\"", std::string("\"") + source + "\"",
                    {"show.toml:5: cue.0.source: ", source, "not part of this version"});
   }
@@ -233,8 +233,7 @@ TEST_F(BadShow, OfSourcesOfLaterVersions) {
 
 TEST_F(BadShow, WithWrongValues) {
   expect_refused("\"stills\"", "\"stils\"", {"show.toml:5: cue.0.source", "did you mean stills?"});
-  expect_refused("duration_s = 1", "duration_s = 1\ntransition = \"fade\"",
-                 {"cue.0.transition: fade is not part"});
+  expect_refused("duration_s = 1", "duration_s = 1\ntransition = \"fade\"", {"cue.0.fade_s: missing"});
   expect_refused("duration_s = 1", "duration_s = nan", {"cue.0.duration_s: expected a number"});
   expect_refused("duration_s = 1", "duration_s = 1\nthen = \"nxt\"", {"cue.0.then", "did you mean next?"});
   expect_refused("name = \"b\"", "name = \"a\"", {"show.toml:10: cue.1.name", "is taken"});
@@ -246,12 +245,76 @@ TEST_F(BadShow, WithWrongValues) {
                  {"cue.0.durations_s: unknown key; did you mean duration_s?"});
 }
 
+TEST_F(BadShow, WithLayoutsThatDoNotFit) {
+  const auto video = [&](const std::string& keys, const std::vector<std::string>& words) {
+    write_text(folder_ / "show.toml",
+               "rig = \"rig.toml\"\n[[cue]]\nname = \"a\"\nsource = \"video\"\n" + keys);
+    expect_refusal({"play", path("show.toml"), "--display", "fake"}, 2, words);
+  };
+  video("file = \"v.mp4\"\n", {"show.toml:5: cue.0.file", "{view}", "layout", "finished"});
+  video("file = \"v.mp4\"\nlayout = \"3\"\n", {"show.toml:6: cue.0.layout", "3x2"});
+  video("file = \"v.mp4\"\nlayout = \"5x1\"\n", {"cue.0.faces: missing"});
+  video("file = \"v.mp4\"\nlayout = \"3x2\"\npadding = -1\n", {"show.toml:7: cue.0.padding"});
+  video("file = \"{view}.mp4\"\nlayout = \"3x2\"\n", {"cue.0.layout", "every view has a file"});
+  video("file = \"v.mp4\"\nfinished = true\nlayout = \"3x2\"\n", {"cue.0.layout", "finished"});
+  video("file = \"v.mp4\"\nfinished = true\ncompare = \"nearest\"\n", {"cue.0.compare", "finished"});
+#ifdef CUPOLA_VIDEO
+  video("file = \"v.mp4\"\nlayout = \"3x2\"\n", {"v.mp4: No such file"});
+  video("file = \"front.png\"\nlayout = \"3x2\"\n", {"front.png: not a video that can be read"});
+#endif
+}
+
+TEST_F(BadShow, WhoseLastFrameIsBroken) {
+  const auto file = [&](const std::string& view, int number) {
+    return path(view + "_" + std::to_string(number) + ".png");
+  };
+  for (const std::string view : {"front", "left", "right", "top"}) {
+    for (int number = 1; number <= 4; ++number)
+
+      write_text(file(view, number), png_file(noise_picture(PixelFormat::kRgbPlanar8, {128, 128}).pixels()));
+  }
+  write_text(folder_ / "show.toml",
+             "rig = \"rig.toml\"\n[[cue]]\nname = \"a\"\nsource = \"sequence\"\nfile = \"{view}_%d.png\"\n");
+  const Outcome good = call({"check", path("show.toml")});
+  EXPECT_NE(good.code, 2) << good.err;
+  EXPECT_THAT(good.out + good.err, HasSubstr("cue a: 4 frames, 60 a second; decode "));
+
+  const std::string whole = read_text(file("left", 4));
+  write_text(file("left", 4), std::string_view(whole).substr(0, whole.size() - 2000));  // the header is there
+  expect_refusal({"check", path("show.toml")}, 2, {"cue a: frame 3: ", file("left", 4)});
+  write_text(file("left", 4), whole);
+
+  write_text(file("top", 2), png_file(smooth_picture(PixelFormat::kRgbPlanar8, {40, 48}).pixels()));
+  write_text(file("top", 3), "no picture");
+  const Outcome wrong = call({"check", path("show.toml")});
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr(file("top", 2) + ": the picture is 40 x 48; expected 128 x 128"));
+  EXPECT_THAT(wrong.err, HasSubstr(file("top", 3) + ": not a picture"));
+
+  std::filesystem::remove(file("top", 3));
+  std::filesystem::remove(file("right", 2));
+  std::filesystem::remove(file("right", 3));
+  expect_refusal({"check", path("show.toml")}, 2,
+                 {"right_2.png: missing", "right_%d.png lacks 2 to 3", "top_%d.png lacks 3"});
+}
+
+TEST_F(BadShow, ThatThisMachineCannotHold) {
+  std::string text(kShow);
+  text.replace(text.find("duration_s = 1\n", text.find("\"b\"")), 15, "duration_s = 1\nrate = 1000\n");
+  text.replace(text.find("[32, 32]"), 8, "[1024, 1024]");
+  write_text(folder_ / "show.toml", text);
+  const Outcome outcome = call({"check", path("show.toml"), "--threads", "1"});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("cue b: 1 s, 1000 a second; faces "));
+  EXPECT_THAT(outcome.err, HasSubstr("; does not hold: at most "));
+}
+
 TEST_F(BadShow, IsCheckedToTheEnd) {
   write_text(folder_ / "show.toml", R"(rig = "none.toml"
 extra = 1
 [[cue]]
 name = "a"
-source = "video"
+source = "scene"
 [[cue]]
 name = "b"
 source = "generated"
@@ -264,7 +327,7 @@ speed = 3
 )");
   const Outcome outcome = call({"check", path("show.toml")});
   EXPECT_EQ(outcome.code, 2);
-  for (const char* reason : {"none.toml", "extra: unknown key", "cue.0.source: video is not part",
+  for (const char* reason : {"none.toml", "extra: unknown key", "cue.0.source: scene is not part",
                              "cue.1.world", "cue.2.speed: unknown key"}) {
     EXPECT_THAT(outcome.err, HasSubstr(reason));
   }

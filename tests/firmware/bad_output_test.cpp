@@ -1,11 +1,14 @@
 // Outputs that cannot be written, readers that go away, and Ctrl-C: exit code 1, a reason, nothing half
-// written. SPDX-License-Identifier: MIT
+// written.
+// SPDX-License-Identifier: MIT
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <csignal>
+#include <fstream>
+#include <string>
 #include <thread>
 
 #include "pipeline/frame/still.h"
@@ -73,7 +76,8 @@ TEST_F(BadOutput, OnAFullDiskWithNumberedFiles) {
   write_text(kept, "mine");
   expect_refusal(render_to(path("frames")), 1, {path("frames"), "File too large"}, with_small_disk());
   EXPECT_EQ(read_text(kept), "mine");
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(path("frames")), {}), 1);
+  for (const auto& entry : std::filesystem::directory_iterator(path("frames")))
+    EXPECT_TRUE(entry.path() == kept || entry.path().extension() == ".render") << entry.path();
 }
 
 TEST_F(BadOutput, FullDiskLeavesTheOldFrame) {
@@ -107,6 +111,22 @@ class Interrupt : public BadOutput {
       kill(child, signal);
     }};
   }
+  // Some time after the program has begun to catch it: until then Ctrl-C ends any program at once.
+  static void interrupt(pid_t child) {
+    for (int i = 0; i < 2000 && !catches(child, SIGINT); ++i) std::this_thread::sleep_for(5ms);
+    std::this_thread::sleep_for(300ms);
+    kill(child, SIGINT);
+  }
+
+ private:
+  static bool catches(pid_t process, int signal) {
+    std::ifstream status("/proc/" + std::to_string(process) + "/status");
+    for (std::string line; std::getline(status, line);) {
+      if (!line.starts_with("SigCgt:")) continue;
+      return (std::stoull(line.substr(7), nullptr, 16) >> (signal - 1) & 1) != 0;
+    }
+    return false;
+  }
 };
 
 TEST_F(Interrupt, EndsARenderBetweenFrames) {
@@ -118,6 +138,7 @@ TEST_F(Interrupt, EndsARenderBetweenFrames) {
     EXPECT_THAT(outcome.err, testing::HasSubstr(path("frames")));
     EXPECT_THAT(outcome.err, testing::HasSubstr("interrupted"));
     for (const auto& entry : std::filesystem::directory_iterator(path("frames"))) {
+      if (entry.path().extension() == ".render") continue;  // so that it can go on
       EXPECT_EQ(entry.path().extension(), ".png");
       EXPECT_NO_THROW(read_still(entry.path())) << entry.path();
     }
@@ -126,18 +147,12 @@ TEST_F(Interrupt, EndsARenderBetweenFrames) {
 
 TEST_F(Interrupt, LeavesNoHalfVideo) {
   expect_refusal(render_to(path("video.y4m"), "0-100000"), 1, {path("video.y4m"), "interrupted"},
-                 {.meanwhile = [](pid_t child) {
-                   std::this_thread::sleep_for(700ms);
-                   kill(child, SIGINT);
-                 }});
+                 {.meanwhile = interrupt});
 }
 
 TEST_F(Interrupt, EndsAWarpBetweenRepeats) {
   std::vector<std::string> arguments = warp_arguments({"--repeat", "1000000000", "--method", "ewa-exact"});
-  expect_refusal(arguments, 1, {path("frame.png"), "interrupted"}, {.meanwhile = [](pid_t child) {
-                   std::this_thread::sleep_for(700ms);
-                   kill(child, SIGINT);
-                 }});
+  expect_refusal(arguments, 1, {path("frame.png"), "interrupted"}, {.meanwhile = interrupt});
 }
 
 }  // namespace

@@ -42,6 +42,38 @@ TEST_F(Live, FourCamerasReachAFakeScreenInStep) {
   EXPECT_LE(stats["live"]["latency_ms_max"], 25.0);
 }
 
+TEST_F(Live, WhatCamerasSentIsPlayedAgain) {
+  const std::vector<std::string> small = {"--set", "rig.frame.width=64", "--set", "rig.frame.height=64"};
+  const auto play = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {"play", "live"});
+    words.insert(words.end(), small.begin(), small.end());
+    return call(words);
+  };
+  const Outcome recorded =
+      play({"--display", "file", "--out", path("a.y4m"), "--seconds", "1", "--record", path("r")});
+  ASSERT_EQ(recorded.code, 0) << recorded.err;
+  const Outcome replayed =
+      play({"--display", "file", "--out", path("b.y4m"), "--seconds", "1", "--replay", path("r")});
+  ASSERT_EQ(replayed.code, 0) << replayed.err;
+  EXPECT_EQ(read_text(folder_ / "a.y4m"), read_text(folder_ / "b.y4m"));
+
+  std::filesystem::resize_file(folder_ / "r/left.camera", 500'000);
+  const Outcome cut = play({"--display", "fake", "--fast-forward", "--seconds", "1", "--replay", path("r")});
+  EXPECT_EQ(cut.code, 0);
+  EXPECT_THAT(cut.err, HasSubstr("left.camera: ends in the middle of a record at byte"));
+  std::filesystem::remove(folder_ / "r/left.camera");
+  const Outcome none = play({"--display", "fake", "--fast-forward", "--seconds", "1", "--replay", path("r")});
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.err, HasSubstr("left.camera: No such file or directory"));
+  const Outcome nowhere =
+      play({"--display", "fake", "--fast-forward", "--seconds", "1", "--record", "/dev/null/r"});
+  EXPECT_EQ(nowhere.code, 2);
+  EXPECT_THAT(nowhere.err, HasSubstr("/dev/null/r"));
+  const Outcome dead = call({"play", "demo", "--display", "fake", "--seconds", "1", "--record", path("r")});
+  EXPECT_EQ(dead.code, 2);
+  EXPECT_THAT(dead.err, HasSubstr("--record and --replay are for live shows"));
+}
+
 TEST_F(Live, ALiveShowWantsCamerasAndTheRightClock) {
   const Outcome real = call({"play", "live", "--display", "fake", "--seconds", "1"});
   EXPECT_EQ(real.code, 1);

@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: MIT
 #include <gmock/gmock.h>
 
+#include <chrono>
+#include <csignal>
 #include <cstdlib>
+#include <thread>
 
 #include "pipeline/frame/still.h"
 #include "pipeline/frame/y4m_reader.h"
@@ -42,11 +45,17 @@ duration_s = 0.3
   std::vector<std::string> files(const std::string& folder) const {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(path(folder)))
-      names.push_back(entry.path().filename());
+      if (!entry.path().filename().string().starts_with(".")) names.push_back(entry.path().filename());
     std::sort(names.begin(), names.end());
     return names;
   }
 };
+
+TEST_F(Render, DoesNotWaitForAnOperator) {
+  EXPECT_EQ(render("plain").code, 0);
+  EXPECT_EQ(render("waits", {"--set", "cue.0.then=wait", "--set", "cue.1.then=wait"}).code, 0);
+  EXPECT_EQ(files("waits"), files("plain"));
+}
 
 TEST_F(Render, NumbersFilesFromOneAndFramesFromZero) {
   EXPECT_EQ(render("all").code, 0);
@@ -115,6 +124,77 @@ TEST_F(Render, IsReadByFfmpeg) {
   std::int64_t frames = 0;
   for (std::size_t at = sums.find("\n0,"); at != std::string::npos; at = sums.find("\n0,", at + 1)) ++frames;
   EXPECT_EQ(frames, 8) << sums;
+}
+
+TEST_F(Render, GoesOnWhereItWasKilledAndLeavesNothingElse) {
+  const std::vector<std::string> longer = {"--set", "cue.0.duration_s=12"};
+  EXPECT_EQ(render("whole", longer).code, 0);
+  std::vector<std::string> arguments = {"render", path("show.toml"), "--out", path("killed")};
+  arguments.insert(arguments.end(), longer.begin(), longer.end());
+  for (const char* until : {"show_000005.png", "show_000040.png", "show_000077.png"}) {
+    const Outcome outcome =
+        call(arguments, {.meanwhile = [&](pid_t child) {
+               for (int turn = 0; turn < 20'000 && !std::filesystem::exists(path("killed/") + until); ++turn)
+                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
+               kill(child, SIGKILL);
+             }});
+    ASSERT_EQ(outcome.code, 128 + SIGKILL);
+  }
+  ASSERT_TRUE(std::filesystem::exists(path("killed/.show.1-1.render")));
+  write_text(folder_ / "killed" / "show_000003.png", "cut short by somebody");
+  const auto kept = std::filesystem::last_write_time(path("killed/show_000002.png"));
+  const Outcome outcome = call(arguments);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, testing::AllOf(HasSubstr(" of 123 frames are there; going on"),
+                                          testing::Not(HasSubstr(": 0 of"))));
+  EXPECT_EQ(std::filesystem::last_write_time(path("killed/show_000002.png")), kept);
+  EXPECT_EQ(files("killed"), files("whole"));
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(path("killed")), {}), 123)
+      << "neither its state nor temporary files are left";
+  for (const std::string& name : files("whole"))
+    EXPECT_TRUE(read_text(path("killed/" + name)) == read_text(path("whole/" + name))) << name;
+}
+
+#ifdef CUPOLA_EXR
+TEST_F(Render, WritesExrOfTheSameFrames) {
+  EXPECT_EQ(render("pictures", {"--frames", "3-4", "--bits", "16"}).code, 0);
+  const Outcome outcome = render("light", {"--frames", "3-4", "--format", "exr"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(files("light"), (std::vector<std::string>{"show_000004.exr", "show_000005.exr"}));
+  const ImageBuffer picture = read_still(path("pictures/show_000004.png"));
+  const ImageBuffer light = read_still(path("light/show_000004.exr"));
+  ASSERT_EQ(picture.size(), light.size());
+  for (int y = 0; y < picture.size().height; ++y) {
+    for (int x = 0; x < picture.size().width; ++x) {
+      for (int c = 0; c < 3; ++c) ASSERT_NEAR(sample(picture, c, x, y), sample(light, c, x, y), 10);
+    }
+  }
+  expect_refusal({"render", path("show.toml"), "--out", path("a.y4m"), "--format", "exr"}, 2,
+                 {"--format exr"});
+  expect_refusal({"render", path("show.toml"), "--out", path("out"), "--format", "exr", "--bits", "8"}, 2,
+                 {"--bits 8"});
+}
+#endif
+
+TEST_F(Render, TakesNoFramesOfAnotherRender) {
+  const auto kill_early = [&](std::vector<std::string> more) {
+    more.insert(more.begin(),
+                {"render", path("show.toml"), "--out", path("out"), "--set", "cue.0.duration_s=12"});
+    const Outcome outcome = call(
+        more, {.meanwhile = [&](pid_t child) {
+          for (int turn = 0; turn < 20'000 && !std::filesystem::exists(path("out/show_000009.png")); ++turn)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+          kill(child, SIGKILL);
+        }});
+    EXPECT_EQ(outcome.code, 128 + SIGKILL);
+    EXPECT_THAT(outcome.err, testing::Not(HasSubstr("going on")));
+    std::filesystem::remove(path("out/show_000009.png"));
+  };
+  kill_early({});
+  kill_early({"--set", "rig.tilt_deg=5"});
+  kill_early({"--set", "cue.0.world=grid"});
+  write_text(folder_ / "left.png", read_text(path("right.png")));
+  kill_early({"--set", "cue.0.world=grid"});
 }
 
 TEST_F(Render, DoesWithoutAShow) {

@@ -48,6 +48,31 @@ TEST_F(Warp, GivesTheSameFrameOnEveryCpu) {
   EXPECT_EQ(read_text(path("frame.png")), scalar);
 }
 
+TEST_F(Warp, WritesAsManyBitsAsTheFacesHaveOrAsAreAskedFor) {
+  EXPECT_EQ(call(warp_arguments()).code, 0);
+  EXPECT_EQ(probe_still(path("frame.png")).format, PixelFormat::kRgbPlanar8);
+  EXPECT_EQ(call(warp_arguments({"--bits", "16"})).code, 0);
+  EXPECT_EQ(probe_still(path("frame.png")).format, PixelFormat::kRgbPlanar16);
+  EXPECT_EQ(call(warp_arguments({"--bits", "12"})).code, 2);
+}
+
+TEST_F(Warp, FiltersInLinearLightWhereTheRigSaysSo) {
+  EXPECT_EQ(call(warp_arguments()).code, 0);
+  const std::string encoded = read_text(path("frame.png"));
+  EXPECT_EQ(call(warp_arguments({"--set", "filter.light=linear"})).code, 0);
+  const std::string linear = read_text(path("frame.png"));
+  EXPECT_NE(linear, encoded);
+  EXPECT_EQ(call(warp_arguments({"--set", "filter.light=linear", "--cpu", "scalar"})).code, 0);
+  EXPECT_EQ(read_text(path("frame.png")), linear);
+  const Outcome other = call(warp_arguments({"--set", "filter.light=linear", "--method", "bilinear"}));
+  EXPECT_EQ(other.code, 0);
+  EXPECT_THAT(other.err, HasSubstr("light = linear is for ewa and ewa-exact"));
+  const Outcome budget =
+      call(warp_arguments({"--set", "filter.light=linear", "--set", "filter.budget_ms=8.0"}));
+  EXPECT_EQ(budget.code, 2);
+  EXPECT_THAT(budget.err, HasSubstr("light: expected encoded beside budget_ms"));
+}
+
 TEST_F(Warp, TakesAnAtlas) {
   EXPECT_EQ(call(warp_arguments()).code, 0);
   ImageBuffer atlas(PixelFormat::kRgb8, {96, 96});

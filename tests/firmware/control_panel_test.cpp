@@ -80,7 +80,7 @@ PanelOutput output(const char* name, OutputIs is) {
 
 const GpioSettings kSettings = {
     {input("play", InputDoes::kPlayPause), input("next", InputDoes::kNext),
-     input("dark", InputDoes::kBlackout)},
+     input("dark", InputDoes::kBlackout), input("go", InputDoes::kGo), input("back", InputDoes::kPrevious)},
     {output("lamp", OutputIs::kLamp), output("shutter", OutputIs::kShutter),
      output("trigger", OutputIs::kCameraTrigger), output("tally", OutputIs::kTally)}};
 
@@ -121,7 +121,8 @@ class ControlPanelTest : public testing::Test {
 
   WorkerPool pool_{2};
   FakeClock clock_;
-  FakeGpio gpio_{clock_, {{"panel", {"play", "next", "dark", "lamp", "shutter", "trigger", "tally"}}}};
+  FakeGpio gpio_{clock_,
+                 {{"panel", {"play", "next", "dark", "go", "back", "lamp", "shutter", "trigger", "tally"}}}};
   Screen screen_{clock_};
   Show show_;
   std::unique_ptr<ShowFrames> frames_;
@@ -216,6 +217,18 @@ TEST_F(ControlPanelTest, NextGoesToTheNextCueFromItsStart) {
   // The press at 403 ms is certain at 408 ms, after frame 40 was made.
   for (std::size_t i = 0; i < 171; ++i) {
     ASSERT_EQ(screen_.flips()[i].hash, expected[i < 41 ? i : i < 71 ? 59 + i : 129 + i]) << i;
+  }
+}
+
+TEST_F(ControlPanelTest, GoEndsAPauseAndPreviousBeginsTheCueBeforeAgain) {
+  gpio_.pull("play", true, 403ms);
+  gpio_.pull("go", true, 603ms);
+  gpio_.pull("back", true, 803ms);
+  EXPECT_EQ(play(), LoopEnd::kOver);
+  const std::vector<std::uint64_t> expected = undisturbed();
+  ASSERT_EQ(screen_.flips().size(), 381U);
+  for (std::size_t i = 0; i < 381; ++i) {
+    ASSERT_EQ(screen_.flips()[i].hash, expected[i < 41 ? i : i < 61 ? 40 : i < 81 ? i - 20 : i - 81]) << i;
   }
 }
 

@@ -108,7 +108,7 @@ TEST_F(FrameLoopTest, WarpsOnlyTilesInWhichSomethingMoved) {
   FrameLoop loop(frames, display, clock_, pool_);
   EXPECT_EQ(loop.run({}), LoopEnd::kOver);
   EXPECT_EQ(loop.counts().frames_presented, 60);
-  EXPECT_GT(loop.counts().tiles_skipped, loop.counts().tiles_warped / 10);
+  EXPECT_GT(loop.counts().tiles.skipped, loop.counts().tiles.pieces / 10);
   EXPECT_TRUE(display.equal());
 }
 

@@ -1,19 +1,17 @@
-// Live shows on fake cameras, a fake display and a fake clock: latency, faults, and what the others show
-// meanwhile. SPDX-License-Identifier: MIT
+// Live shows on fake devices: latency, faults, and what the others show meanwhile.
+// SPDX-License-Identifier: MIT
 #include "firmware/live_frames.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cstring>
-#include <functional>
 
-#include "firmware/frame_loop.h"
-#include "firmware/show.h"
-#include "hal/camera/fake_camera.h"
-#include "hal/display/fake_display.h"
+#include "hal/camera/recorded_camera.h"
+#include "hal/camera/recording_camera.h"
 #include "pipeline/frame/error.h"
+#include "tests/firmware/live_show.h"
+#include "tests/frame/temporary_folder.h"
 
 namespace cupola {
 namespace {
@@ -22,79 +20,9 @@ using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 using Words = std::vector<std::uint32_t>;
 
-constexpr int kWidth = 64;
-constexpr int kHeight = 48;
-constexpr Size kFace{48, 48};
-constexpr std::array<const char*, 4> kViews = {"front", "left", "right", "top"};
+using namespace test;
+
 constexpr nanoseconds kPeriod = 16'666'666ns;
-
-Rig small_rig() {
-  const std::string lines[] = {"frame.width=64", "frame.height=48", "frame.center=[32, 24]",
-                               "frame.radius=30"};
-  return load_named_rig("omnimax", lines);
-}
-
-// Shows frames and lets the test see each.
-class SeenDisplay final : public Display {
- public:
-  SeenDisplay(Clock& clock, std::function<void(int, DisplayBuffer)> see)
-      : fake_(clock, kWidth, kHeight), see_(std::move(see)) {}
-  DisplayBuffer back_buffer() noexcept override { return fake_.back_buffer(); }
-  Presented present(nanoseconds when) noexcept override { return seen(fake_.present(when)); }
-  Presented repeat(nanoseconds when) noexcept override { return seen(fake_.repeat(when)); }
-  nanoseconds period() const noexcept override { return fake_.period(); }
-  const char* trouble() const noexcept override { return fake_.trouble(); }
-
- private:
-  Presented seen(Presented presented) noexcept {
-    if (see_) see_(flips_++, fake_.front_buffer());
-    return presented;
-  }
-  FakeDisplay fake_;
-  std::function<void(int, DisplayBuffer)> see_;
-  int flips_ = 0;
-};
-
-class LiveShow {
- public:
-  // `adjust` may change each camera's device and setup before it is made.
-  explicit LiveShow(const std::function<void(std::size_t, FakeCameraDevice&, CameraSetup&)>& adjust = {}) {
-    std::vector<OpenCamera> cameras;
-    for (std::size_t c = 0; c < kViews.size(); ++c) {
-      FakeCameraDevice device;
-      device.number = static_cast<int>(c);
-      device.formats = {CameraFormat::kNv12};
-      device.width = kFace.width;
-      device.height = kFace.height;
-      device.latency = 4ms;
-      OpenCamera open;
-      open.settings.view = kViews[c];
-      open.settings.patience = 100ms;
-      open.settings.setup.width = kFace.width;
-      open.settings.setup.height = kFace.height;
-      open.settings.setup.formats = {CameraFormat::kNv12};
-      if (adjust) adjust(c, device, open.settings.setup);
-      auto camera = std::make_unique<FakeCamera>(clock, device);
-      fakes.push_back(camera.get());
-      open.device = std::move(camera);
-      cameras.push_back(std::move(open));
-    }
-    frames = std::make_unique<LiveFrames>(small_rig(), std::move(cameras), SyncSettings{}, best_cpu(), pool,
-                                          clock);
-  }
-
-  LoopCounts play(nanoseconds time, std::function<void(int, DisplayBuffer)> see = {}) {
-    SeenDisplay display(clock, std::move(see));
-    FrameLoop loop(*frames, display, clock, pool);
-    EXPECT_EQ(loop.run(time), LoopEnd::kTimeUp);
-    return loop.counts();
-  }
-
-  FakeClock clock;
-  WorkerPool pool{1};
-  std::vector<FakeCamera*> fakes;
-  std::unique_ptr<LiveFrames> frames;
-};
 
 Words words_of(const DisplayBuffer& buffer) {
   Words words(static_cast<std::size_t>(buffer.width) * static_cast<std::size_t>(buffer.height));
@@ -112,13 +40,13 @@ std::vector<bool> pixels_without(std::size_t view) {
   const std::vector<Size> sizes(kViews.size(), kFace);
   set_view_sizes(rig, sizes);
   WorkerPool pool(1);
-  const auto warp = make_yuv_to_xrgb_warp(rig, YuvLayout::kNv12, best_cpu(), pool);
+  const auto warp = make_native_to_xrgb_warp(rig, NativeLayout::kNv12, best_cpu(), pool);
   std::array<ImageBuffer, 2> made;
   for (std::size_t i = 0; i < 2; ++i) {
-    std::vector<YuvBuffer> faces;
-    std::vector<YuvImage> images;
+    std::vector<NativeBuffer> faces;
+    std::vector<NativeImage> images;
     for (std::size_t v = 0; v < kViews.size(); ++v) {
-      faces.emplace_back(YuvLayout::kNv12, YuvColour{}, kFace);
+      faces.emplace_back(NativeLayout::kNv12, YuvColour{}, kFace);
       for (int y = 0; y < kFace.height; ++y) {
         for (int x = 0; x < kFace.width; ++x) {
           *sample_at(faces.back().pixels(), 0, x, y) =
@@ -161,6 +89,51 @@ TEST(LiveFrames, ReachTheScreenWithinAPeriodWithoutACopyOrAnAllocation) {
   EXPECT_GT(show.frames->faces().sync().counts().whole * 100, show.frames->faces().sync().counts().sets * 95);
 }
 
+Rig overlapping_rig() {
+  Rig rig = small_rig();
+  for (View& view : rig.views) view.focal = {0.35, 0.35};
+  rig.seams.feather_deg = 6.0;
+  return rig;
+}
+
+// One camera is locked and dark: the others go where it is.
+TEST(LiveFrames, MatchTheirColoursWithoutAnAllocation) {
+  LiveColours colours{.match = true, .locked = {}};
+  colours.locked[0] = ViewColour{{0.7, 0.7, 0.7}, {0.0, 0.0, 0.0}};
+  LiveShow show({}, overlapping_rig(), {}, colours);
+  const LoopCounts counts = show.play(60s);
+  EXPECT_EQ(counts.heap_allocations, 0);
+  ShowReport report;
+  show.frames->report(report);
+  ASSERT_TRUE(report.cameras[0].colour && report.cameras[1].colour);
+  EXPECT_EQ(*report.cameras[0].colour, *colours.locked[0]);
+  EXPECT_LT(report.cameras[1].colour->of(1, 100.0), 97.0);
+}
+
+TEST(LiveFrames, RefuseToMatchPicturesThatOnlyMeet) {
+  try {
+    LiveShow({}, small_rig(), {}, {.match = true, .locked = {}});
+    FAIL();
+  } catch (const Failure& failure) {
+    EXPECT_NE(std::string(failure.what()).find("colour.match: no two views overlap"), std::string::npos);
+  }
+}
+
+TEST(LiveFrames, GiveCamerasTheColoursThatAreLocked) {
+  const auto brightness = [](const LiveColours& colours) {
+    LiveShow show({}, overlapping_rig(), {}, colours);
+    std::uint64_t sum = 0;
+    show.play(1s, [&](int, DisplayBuffer buffer) {
+      sum = 0;
+      for (const std::uint32_t word : words_of(buffer)) sum += word & 0xff;
+    });
+    return static_cast<double>(sum);
+  };
+  LiveColours dark;
+  for (auto& colour : dark.locked) colour = ViewColour{{0.5, 0.5, 0.5}, {0.0, 0.0, 0.0}};
+  EXPECT_NEAR(brightness(dark) / brightness({}), 0.5, 0.02);
+}
+
 // Faults that leave a camera without a picture for a while, on one to four cameras.
 class LiveFault : public testing::TestWithParam<CameraFault> {};
 
@@ -170,6 +143,7 @@ TEST_P(LiveFault, LeavesTheOtherFacesAsTheyWouldHaveBeen) {
   std::vector<Words> undisturbed;
   LiveShow calm;
   calm.play(3s, [&](int, DisplayBuffer buffer) { undisturbed.push_back(words_of(buffer)); });
+  std::int64_t skipped = 0;
   for (std::size_t faulty = 1; faulty <= 4; ++faulty) {
     LiveShow show([&](std::size_t c, FakeCameraDevice& device, CameraSetup&) {
       if (c < faulty) device.faults = {{GetParam(), kFrom, kUntil}};
@@ -178,7 +152,7 @@ TEST_P(LiveFault, LeavesTheOtherFacesAsTheyWouldHaveBeen) {
     for (std::size_t c = 0; c < faulty; ++c) without.push_back(pixels_without(c));
     std::int64_t compared = 0;
     bool differed = false;
-    show.play(3s, [&](int flip, DisplayBuffer buffer) {
+    const LoopCounts loop = show.play(3s, [&](int flip, DisplayBuffer buffer) {
       const Words words = words_of(buffer);
       const Words& expected = undisturbed[static_cast<std::size_t>(flip)];
       for (std::size_t i = 0; i < words.size(); ++i) {
@@ -192,12 +166,14 @@ TEST_P(LiveFault, LeavesTheOtherFacesAsTheyWouldHaveBeen) {
     });
     EXPECT_GT(compared, 10'000);
     EXPECT_TRUE(differed) << "the fault was seen";
+    skipped += loop.tiles.skipped;
     for (std::size_t c = 0; c < 4; ++c) {
-      const CameraCounts& counts = show.frames->watch(c).counts();
+      const CameraCounts& counts = show.frames->cameras()[c].watch->counts();
       EXPECT_EQ(counts.losses, c < faulty ? 1U : 0U) << c;
       EXPECT_EQ(show.frames->faces().sync().faces()[c].state, SyncedFace::State::kInStep) << "back again";
     }
   }
+  EXPECT_GT(skipped, 0) << "tiles of the last picture, or of the slate, are not warped again";
 }
 
 INSTANTIATE_TEST_SUITE_P(Faults, LiveFault,
@@ -208,6 +184,102 @@ INSTANTIATE_TEST_SUITE_P(Faults, LiveFault,
                                               : fault.param == CameraFault::kSilent  ? "Silent"
                                                                                      : "WrongStride");
                          });
+
+// An incident as a test: what was recorded of it comes out of the same path, flip for flip.
+TEST(LiveFrames, OfARecordingAreThoseThatWereRecordedToTheBit) {
+  const auto trouble = [](std::size_t c, FakeCameraDevice& device, CameraSetup&) {
+    device.jitter = 1ms;
+    device.drift_ppm = 40.0 * static_cast<double>(c);
+    device.crop = FakeCrop::kCuts;
+    device.faults = {{CameraFault::kDropped, 0ns, nanoseconds::max(), 7}};
+    if (c == 1) device.faults.push_back({CameraFault::kUnplugged, 1s, 1500ms});
+    if (c == 2) device.faults.push_back({CameraFault::kSilent, 1200ms, 1700ms});
+    if (c == 3) device.faults.push_back({CameraFault::kWrongStride, 2s, 2100ms});
+  };
+  const TemporaryFolder folder;
+  const auto file_of = [&](std::size_t c) { return folder / kViews[c]; };
+  std::vector<Words> live;
+  {
+    LiveShow show(trouble, small_rig(), [&](std::size_t c, std::unique_ptr<Camera> camera, FakeClock& clock) {
+      return std::make_unique<RecordingCamera>(
+          std::move(camera), clock, 0ns,
+          std::make_unique<CameraRecorder>(file_of(c), CameraRecorder::Writing::kAtOnce));
+    });
+    const LoopCounts counts =
+        show.play(3s, [&](int, DisplayBuffer buffer) { live.push_back(words_of(buffer)); });
+    EXPECT_EQ(counts.pixel_bytes_copied, 0);
+    EXPECT_EQ(show.frames->cameras()[1].watch->counts().losses, 1U);
+  }
+  ReplayTime time;
+  LiveShow show({}, small_rig(), [&](std::size_t c, std::unique_ptr<Camera>, FakeClock& clock) {
+    return std::make_unique<RecordedCamera>(clock, time, file_of(c));
+  });
+  std::vector<Words> again;
+  show.play(3s, [&](int, DisplayBuffer buffer) { again.push_back(words_of(buffer)); });
+  EXPECT_EQ(again, live);
+  EXPECT_EQ(live.size(), 180U);
+}
+
+TEST(LiveFrames, CropCamerasToWhatTheWarpLooksAtAndShowTheSame) {
+  std::vector<Words> whole;
+  LiveShow reference;
+  reference.play(1s, [&](int, DisplayBuffer buffer) { whole.push_back(words_of(buffer)); });
+  LiveShow show([](std::size_t, FakeCameraDevice& device, CameraSetup&) { device.crop = FakeCrop::kCuts; });
+  show.play(1s, [&](int flip, DisplayBuffer buffer) {
+    ASSERT_EQ(words_of(buffer), whole[static_cast<std::size_t>(flip)]) << flip;
+  });
+  int cropped = 0;
+  for (const OpenCamera& camera : show.frames->cameras()) {
+    const CameraMode& mode = camera.watch->mode();
+    cropped += mode.width * mode.height * 8 <= 7 * kFace.width * kFace.height ? 1 : 0;
+    EXPECT_EQ(camera.watch->counts().losses, 0U);
+  }
+  EXPECT_GE(cropped, 3) << "half of left, right and top is behind the audience";
+}
+
+TEST(LiveFrames, KeepTheLastPictureOfACroppedCamera) {
+  std::vector<Words> whole;
+  const auto unplugged = [](std::size_t c, FakeCameraDevice& device, CameraSetup&) {
+    if (c == 1) device.faults = {{CameraFault::kUnplugged, 1s, 2s}};
+  };
+  LiveShow reference(unplugged);
+  reference.play(3s, [&](int, DisplayBuffer buffer) { whole.push_back(words_of(buffer)); });
+  LiveShow show([&](std::size_t c, FakeCameraDevice& device, CameraSetup& setup) {
+    unplugged(c, device, setup);
+    device.crop = FakeCrop::kCuts;
+  });
+  show.play(3s, [&](int flip, DisplayBuffer buffer) {
+    ASSERT_EQ(words_of(buffer), whole[static_cast<std::size_t>(flip)]) << flip;
+  });
+  EXPECT_GT(show.frames->pixel_bytes_copied(), 0);
+  EXPECT_LT(show.frames->pixel_bytes_copied(), reference.frames->pixel_bytes_copied());
+}
+
+TEST(LiveFrames, TakeWholePicturesFromCamerasThatZoomInsteadOfCropping) {
+  LiveShow show([](std::size_t c, FakeCameraDevice& device, CameraSetup&) {
+    device.crop = c % 2 == 0 ? FakeCrop::kZooms : FakeCrop::kCuts;
+  });
+  show.play(1s);
+  for (std::size_t c = 0; c < 4; ++c) {
+    EXPECT_EQ(show.frames->faces().sync().faces()[c].state, SyncedFace::State::kInStep) << c;
+    const CameraArea& crop = show.frames->cameras()[c].watch->mode().crop;
+    EXPECT_TRUE(c % 2 == 1 || crop == (CameraArea{0, 0, kFace.width, kFace.height})) << c;
+  }
+  EXPECT_EQ(show.frames->faces().counts().unlike, 0U);
+}
+
+TEST(LiveFrames, StopCamerasThatTheWarpDoesNotLookAt) {
+  const std::string left_edge[] = {"frame.width=64", "frame.height=48", "frame.center=[94, 24]",
+                                   "frame.radius=40"};
+  LiveShow show({}, load_named_rig("omnimax", left_edge));
+  show.play(1s);
+  const auto state = [&](std::size_t view) { return show.frames->faces().sync().faces()[view].state; };
+  EXPECT_EQ(state(1), SyncedFace::State::kInStep) << "left";
+  EXPECT_EQ(state(2), SyncedFace::State::kSlate) << "right";
+  EXPECT_EQ(show.frames->cameras()[2].watch->descriptor(), -1) << "it does not stream";
+  EXPECT_EQ(show.frames->cameras()[2].watch->counts().frames, 0U);
+  EXPECT_GT(show.frames->cameras()[1].watch->counts().frames, 50U);
+}
 
 TEST(LiveFrames, GoOnFromSlatesWhenNoCameraIsThereAtFirst) {
   LiveShow show([](std::size_t, FakeCameraDevice& device, CameraSetup&) {
@@ -226,11 +298,24 @@ TEST(LiveFrames, RefuseCamerasThatDoNotSendTheSame) {
     if (c == 1) device.formats = {CameraFormat::kYuyv};
   };
   EXPECT_THROW(LiveShow{yuyv}, Failure);
-  const auto grey = [](std::size_t, FakeCameraDevice& device, CameraSetup& setup) {
+  const auto bgr = [](std::size_t c, FakeCameraDevice& device, CameraSetup& setup) {
     setup.formats.clear();
-    device.formats = {CameraFormat::kGrey};
+    device.formats = {c == 1 ? CameraFormat::kBgr24 : CameraFormat::kRgb24};
   };
-  EXPECT_THROW(LiveShow{grey}, Failure);
+  EXPECT_THROW(LiveShow{bgr}, Failure);
+}
+
+TEST(LiveFrames, ShowRgbAsTheCamerasSendIt) {
+  for (const CameraFormat format : {CameraFormat::kRgb24, CameraFormat::kBgr24, CameraFormat::kXrgb32}) {
+    LiveShow show([&](std::size_t, FakeCameraDevice& device, CameraSetup& setup) {
+      device.formats = {format};
+      setup.formats = {format};
+    });
+    const LoopCounts counts = show.play(1s);
+    EXPECT_GT(counts.frames_presented, 50);
+    EXPECT_EQ(counts.heap_allocations, 0);
+    EXPECT_EQ(show.frames->pixel_bytes_copied(), 0);
+  }
 }
 
 TEST(LiveFrames, RefuseAMissingCameraOfWhichNothingIsKnown) {

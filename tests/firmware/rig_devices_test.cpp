@@ -88,6 +88,23 @@ TEST_F(RigDevicesTest, ReadsButtonsAndLamps) {
   EXPECT_TRUE(gpio.outputs[1].line.active_low);
 }
 
+TEST_F(RigDevicesTest, ReadsLockedColoursAndWhetherTheyAreMatched) {
+  const std::string camera = "[[camera]]\nview = \"front\"\ndevice = \"a\"\n";
+  const RigDevices devices =
+      load("[colour]\nmatch = \"slow\"\n" + camera + "gains = [1.1, 1.0, 0.5]\nblack = 4\n");
+  EXPECT_TRUE(devices.match_colours);
+  ASSERT_TRUE(devices.cameras[0].colour);
+  EXPECT_EQ(devices.cameras[0].colour->gain, (std::array{1.1, 1.0, 0.5}));
+  EXPECT_NEAR(devices.cameras[0].colour->of(0, 4.0), 0.0, 1e-15) << "black is 0 under every gain";
+  EXPECT_NEAR(devices.cameras[0].colour->of(2, 24.0), 10.0, 1e-12);
+  EXPECT_FALSE(load(camera).cameras[0].colour);
+  EXPECT_FALSE(load(camera).match_colours);
+  expect_refused("[colour]\nmatch = \"fast\"\n", "2: colour.match: expected off or slow");
+  expect_refused(camera + "gains = [1, 1, 1.9]\n",
+                 "4: camera.0.gains: expected [red, green, blue], each from 0.5 to 1.8");
+  expect_refused(camera + "black = 33\n", "4: camera.0.black: expected a number from -32 to 32");
+}
+
 TEST_F(RigDevicesTest, NeedsNoHardwareAtAll) {
   EXPECT_TRUE(load("tilt_deg = 30\n").gpio.empty());
   EXPECT_TRUE(load("[gpio]\n").gpio.empty());
@@ -102,7 +119,7 @@ TEST_F(RigDevicesTest, RefusesWhatItDoesNotKnow) {
   const std::string input = "[[gpio.input]]\n";
   const std::string output = "[[gpio.output]]\n";
   expect_refused(input + "name = \"a\"\ndoes = \"blakout\"\n",
-                 "3: gpio.input.0.does: expected play-pause, next or");
+                 "3: gpio.input.0.does: expected play-pause, go, next, previous or");
   expect_refused(input + "name = \"a\"\n", "1: gpio.input.0.does: missing; expected play-pause");
   expect_refused(input + "does = \"next\"\n", "1: gpio.input.0.name: missing");
   expect_refused(input + "name = \"\"\ndoes = \"next\"\n",

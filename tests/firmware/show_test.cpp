@@ -32,7 +32,7 @@ then = "atlas"
 name = "unreached"
 source = "test-pattern"
 world = "grid"
-then = "stop"
+then = "wait"
 [[cue]]
 name = "atlas"
 source = "atlas"
@@ -41,11 +41,16 @@ layout = "3x2"
 faces = ["front", "right", "back", "left", "top", "bottom"]
 transition = "cut"
 then = "stills"
+[[cue]]
+name = "end"
+source = "test-pattern"
+world = "grid"
+then = "stop"
 )");
   const Show show = load_show(folder / "night.toml", {});
   EXPECT_EQ(show.name, "night");
   EXPECT_EQ(show.rig.frame.size, (Size{1966, 1436}));
-  ASSERT_EQ(show.cues.size(), 4U);
+  ASSERT_EQ(show.cues.size(), 5U);
   EXPECT_EQ(show.cues[0].file, (folder / "pictures/{view}.png").string());
   EXPECT_EQ(show.cues[0].duration_s, 2.5);
   EXPECT_EQ(show.cues[0].then, 1U);
@@ -54,11 +59,14 @@ then = "stills"
   EXPECT_EQ(show.cues[1].part.out, 899);
   EXPECT_TRUE(show.cues[1].loop);
   EXPECT_EQ(show.cues[1].then, 3U);
-  EXPECT_EQ(show.cues[2].then, std::nullopt);
+  EXPECT_FALSE(show.cues[1].wait);
+  EXPECT_EQ(show.cues[2].then, 3U);
+  EXPECT_TRUE(show.cues[2].wait);
   EXPECT_EQ(show.cues[2].world, "grid");
   EXPECT_EQ(show.cues[3].layout.columns, 3);
   EXPECT_EQ(show.cues[3].layout.faces.size(), 6U);
   EXPECT_EQ(show.cues[3].then, 0U);
+  EXPECT_EQ(show.cues[4].then, std::nullopt);
 }
 
 TEST(Show, TakesOverridesForItselfAndForItsRig) {

@@ -9,27 +9,9 @@
 #include <vector>
 
 #include "pipeline/frame/image.h"
+#include "tests/frame/temporary_folder.h"
 
 namespace cupola {
-
-// A folder of its own, gone with the object.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-  std::filesystem::path operator/(std::string_view name) const { return path_ / name; }
-  std::vector<std::string> names() const;  // of what is in it, sorted
-
- private:
-  std::filesystem::path path_;
-};
-
-void write_text(const std::filesystem::path& path, std::string_view bytes);
-std::string read_text(const std::filesystem::path& path);
 
 // Every sample as a function of place and seed, all values occurring.
 ImageBuffer noise_picture(PixelFormat format, Size size, std::uint32_t seed = 1);

@@ -88,7 +88,7 @@ TEST(StillRefusal, NamesAFileThatIsMissingAFolderEmptyOrNoPicture) {
   EXPECT_THAT(file_refusal(folder / "missing"), HasSubstr("No such file"));
   EXPECT_THAT(file_refusal(folder.path()), HasSubstr("is a folder"));
   EXPECT_THAT(file_refusal(folder / "empty"), HasSubstr("is empty"));
-  EXPECT_THAT(file_refusal(folder / "text"), HasSubstr("expected a PNG, JPEG or TIFF picture"));
+  EXPECT_THAT(file_refusal(folder / "text"), HasSubstr("expected a PNG, JPEG, TIFF or EXR picture"));
   EXPECT_THAT(file_refusal(folder / "short"), HasSubstr("not a picture"));
   EXPECT_THAT(file_refusal(folder / "fifo"),
               HasSubstr("not a regular file"));  // and does not wait for a writer

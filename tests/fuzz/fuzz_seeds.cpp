@@ -1,14 +1,18 @@
-// Writes the seeds of the fuzzers: FOLDER/still, FOLDER/table and FOLDER/y4m.
+// Writes the seeds of the fuzzers: a folder each in FOLDER.
 // SPDX-License-Identifier: MIT
 #include <cstdio>
 #include <string>
 #include <utility>
 
+#include "firmware/show_position.h"
+#include "hal/camera/recording_file.h"
 #include "pipeline/frame/atomic_file.h"
 #include "pipeline/frame/still.h"
 #include "pipeline/warp/table_build.h"
+#include "pipeline/warp/table_packing.h"
 #include "tests/frame/picture_files.h"
 #include "tests/fuzz/table_seed.h"
+#include "tests/hal/test_jpeg.h"
 
 int main(int count, char** words) {
   using namespace cupola;
@@ -34,6 +38,36 @@ int main(int count, char** words) {
   }
   for (const TiffKind& kind : kTiffKinds)
     write_tiff(stills / (std::string(kind.name) + ".tif"), image.pixels(), kind);
+  for (const int down : {1, 2}) {
+    for (const bool tables : {false, true}) {
+      test::JpegMaking making;
+      making.width = 23;
+      making.height = 17;
+      making.down = down;
+      making.huffman_tables = tables;
+      const auto jpeg =
+          test::make_jpeg(making, [](int c, int x, int y) { return 60 + 20 * c + 3 * x + 2 * y; });
+      write_text(std::filesystem::path(words[1]) / "camera_jpeg" /
+                     (std::string(down == 2 ? "420" : "422") + (tables ? ".jpg" : "_bare.jpg")),
+                 std::string(jpeg.begin(), jpeg.end()));
+    }
+  }
+  const std::filesystem::path recordings = std::filesystem::path(words[1]) / "recording";
+  std::filesystem::create_directories(recordings);
+  {
+    RecordingWriter writer(recordings / "all.camera");
+    const std::string bytes(70, 'x');
+    for (const RecordKind kind : {RecordKind::kRefused, RecordKind::kStarted, RecordKind::kFrame,
+                                  RecordKind::kDamaged, RecordKind::kLost}) {
+      CameraRecord record;
+      record.kind = kind;
+      record.trouble.step = "step";
+      record.frame.width = 4;
+      record.frame.height = 6;
+      record.frame.planes[0] = {reinterpret_cast<const std::uint8_t*>(bytes.data()), 8, 48, -1, 0};
+      writer.append(record);
+    }
+  }
   const std::pair<const char*, std::size_t> kinds[] = {
       // tag, bytes of a frame of 2 x 2
       {"420jpeg", 6}, {"420mpeg2", 6}, {"420paldv", 6}, {"422", 8},     {"444", 12},
@@ -42,6 +76,18 @@ int main(int count, char** words) {
     const std::string start = std::string("YUV4MPEG2 W2 H2 F25:1 Ip A1:1 C") + tag + " XCOLORRANGE=FULL\n";
     write_text(videos / (std::string(tag) + ".y4m"), start + "FRAME\n" + std::string(bytes, 'x'));
   }
+  ShowPosition position;
+  position.show = "demo";
+  position.cue_name = "demo";
+  position.at = {"2f1c9f4a-0000-4000-8000-000000000000", std::chrono::seconds(5), std::chrono::seconds(7)};
+  write_text(std::filesystem::path(words[1]) / "position" / "playing.json", position_text(position));
+  using namespace std::string_literals;
+  const std::filesystem::path osc = std::filesystem::path(words[1]) / "osc";
+  const std::string fade = "/cupola/fade\0\0\0\0,sf\0out\0@ \0\0"s;
+  const std::string all = "/any\0\0\0\0,ihdTFIS\0\0\0\0\0\0\0\7\0\0\0\0\0\0\0\7?\xf8\0\0\0\0\0\0s\0\0\0"s;
+  write_text(osc / "fade", fade);
+  write_text(osc / "all", all);
+  write_text(osc / "bundle", "#bundle\0\0\0\0\0\0\0\0\1\0\0\0\x1c"s + fade + "\0\0\0\x2c"s + all);
   const std::filesystem::path tables = std::filesystem::path(words[1]) / "table";
   std::filesystem::create_directories(tables);
   WorkerPool pool(1);
@@ -49,4 +95,7 @@ int main(int count, char** words) {
   AtomicFile file(tables / "small.table");
   file.write(table.memory.bytes());
   file.commit();
+  AtomicFile packed(tables / "packed.zst");
+  packed.write(pack_table(table.memory.bytes(), pool));
+  packed.commit();
 }

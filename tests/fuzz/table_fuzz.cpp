@@ -1,5 +1,6 @@
-// Fuzzes the reader of table files: any bytes are a table that can be executed, or none. The header is made
-// right first, so that the fuzzer gets past it. SPDX-License-Identifier: MIT
+// Fuzzes the readers of table files: any bytes are a table that can be executed, or none. The header is made
+// right first, so that the fuzzer gets past it. Packed files are tried as they are.
+// SPDX-License-Identifier: MIT
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -8,6 +9,7 @@
 
 #include "pipeline/warp/ewa_warp.h"
 #include "pipeline/warp/table_file.h"
+#include "pipeline/warp/table_packing.h"
 #include "tests/fuzz/table_seed.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -16,6 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const Rig rig = table_fuzz_rig();
   static const test::Faces faces = test::make_faces(rig, test::noise(1, 65535), PixelFormat::kRgbPlanar16);
   static ImageBuffer frame(PixelFormat::kRgbPlanar16, rig.frame.size);
+  static_cast<void>(unpack_table(std::as_bytes(std::span(data, size)), std::size_t{1} << 22, pool));
   // Of exactly its size on the heap, where the sanitizer sees every byte that is read beyond.
   const auto release = [](std::byte* memory) { ::operator delete (memory, std::align_val_t{64}); };
   const std::unique_ptr<std::byte, decltype(release)> memory(

@@ -1,7 +1,8 @@
 // What must not change by accident: the bytes of warp tables, and small pictures made from end to end.
 //
 // With CUPOLA_WRITE_GOLDEN=1 in the environment the pictures are written instead of compared: look at them,
-// then commit. SPDX-License-Identifier: MIT
+// then commit.
+// SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
 #include <cstdlib>

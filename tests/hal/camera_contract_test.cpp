@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: MIT
 #include "tests/hal/camera_contract.h"
 
+#include "hal/camera/mjpeg_camera.h"
+#include "hal/camera/recording_camera.h"
+#include "tests/frame/temporary_folder.h"
 #include "tests/hal/camera_faults.h"
 
 #ifdef CUPOLA_V4L2
@@ -36,6 +39,68 @@ class FakeStage final : public CameraStage {
   FakeCamera camera_;
 };
 
+// A camera of JPEG pictures, decoded as they are polled.
+class MjpegStage final : public CameraStage {
+ public:
+  explicit MjpegStage(const FakeCameraDevice& device)
+      : made_(std::make_unique<FakeCamera>(clock_, device)),
+        device_(*made_),
+        camera_(std::move(made_), clock_, MjpegCamera::Decoding::kInPoll) {}
+  Clock& clock() override { return clock_; }
+  Camera& camera() override { return camera_; }
+  CameraSetup setup() override {
+    CameraSetup setup;
+    setup.formats = {CameraFormat::kMjpeg, CameraFormat::kGrey};  // as it is asked, and as it is then
+    setup.width = 64;
+    setup.height = 48;
+    setup.rate = 60.0;
+    return setup;
+  }
+  void begin_fault(CameraFault fault, std::int64_t amount) override { device_.begin_fault(fault, amount); }
+  void end_faults() override { device_.end_faults(); }
+
+ private:
+  FakeClock clock_;
+  std::unique_ptr<FakeCamera> made_;
+  FakeCamera& device_;
+  MjpegCamera camera_;
+};
+
+// A camera that is recorded meanwhile.
+template <CameraRecorder::Writing writing>
+class RecordedStage final : public CameraStage {
+ public:
+  explicit RecordedStage(const FakeCameraDevice& device)
+      : made_(std::make_unique<FakeCamera>(clock_, device)),
+        device_(*made_),
+        camera_(std::move(made_), clock_, 0ns,
+                std::make_unique<CameraRecorder>(folder_ / "camera", writing)) {}
+  Clock& clock() override { return clock_; }
+  Camera& camera() override { return camera_; }
+  CameraSetup setup() override {
+    CameraSetup setup;
+    setup.formats = {CameraFormat::kNv12, CameraFormat::kYuyv};
+    setup.width = 64;
+    setup.height = 48;
+    setup.rate = 60.0;
+    return setup;
+  }
+  void begin_fault(CameraFault fault, std::int64_t amount) override { device_.begin_fault(fault, amount); }
+  void end_faults() override { device_.end_faults(); }
+
+ private:
+  TemporaryFolder folder_;
+  FakeClock clock_;
+  std::unique_ptr<FakeCamera> made_;
+  FakeCamera& device_;
+  RecordingCamera camera_;
+};
+
+FakeCameraDevice jpeg_device() {
+  FakeCameraDevice device;
+  device.formats = {CameraFormat::kMjpeg};
+  return device;
+}
 FakeCameraDevice device() {
   FakeCameraDevice device;
   device.number = 3;
@@ -62,6 +127,28 @@ const std::vector<CameraStageMaker> kFakes = {
     {"UnsteadyFake",
      [] { return std::unique_ptr<CameraStage>(std::make_unique<FakeStage>(unsteady_device())); }, 3ms, true,
      kAllFaults},
+    {"Recorded",
+     [] {
+       return std::unique_ptr<CameraStage>(
+           std::make_unique<RecordedStage<CameraRecorder::Writing::kAtOnce>>(device()));
+     },
+     0ns, true, kAllFaults},
+    {"RecordedOnAThread",
+     [] {
+       return std::unique_ptr<CameraStage>(
+           std::make_unique<RecordedStage<CameraRecorder::Writing::kOnAThread>>(device()));
+     },
+     0ns, true, kAllFaults},
+    // The decoder finds out by itself what is no picture: cut ones are damaged. While all pictures are lent,
+    // some wait in the device.
+    {"Mjpeg",
+     [] { return std::unique_ptr<CameraStage>(std::make_unique<MjpegStage>(jpeg_device())); },
+     0ns,
+     false,
+     {F::kDropped, F::kDamaged, F::kSilent, F::kUnplugged, F::kNoSignal, F::kStartFails, F::kShort,
+      F::kTimestampStep},
+     10s,
+     false},
 };
 
 INSTANTIATE_TEST_SUITE_P(Fakes, CameraContract, testing::ValuesIn(kFakes),

@@ -86,6 +86,24 @@ TEST_P(ClockContract, WakesForADescriptorWithSomethingToRead) {
   EXPECT_LT(clock_->now(), before + 2s);
 }
 
+TEST_P(ClockContract, WakesForItsAlarms) {
+  const int front = clock_->add_alarm();
+  const int left = clock_->add_alarm();
+  const std::array<int, 2> both = {front, left};
+  const std::chrono::nanoseconds begin = clock_->now();
+  EXPECT_FALSE(clock_->wait(both, begin)) << "not in sight at first";
+  clock_->set_alarm(front, begin + 1h);
+  clock_->set_alarm(left, begin + 3ms);
+  EXPECT_TRUE(clock_->wait(both, begin + 30min));
+  EXPECT_GE(clock_->now(), begin + 3ms);
+  EXPECT_LT(clock_->now(), begin + 2s);
+  EXPECT_TRUE(clock_->wait(both, begin)) << "goes on ringing until it is set again";
+  clock_->set_alarm(left, std::chrono::nanoseconds::max());
+  EXPECT_FALSE(clock_->wait(both, begin));
+  clock_->set_alarm(front, std::chrono::nanoseconds(-5));
+  EXPECT_TRUE(clock_->wait(both, begin)) << "at once when its time is past";
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, ClockContract,
     testing::Values(ClockMaker{"Monotonic",

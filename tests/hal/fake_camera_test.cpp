@@ -12,6 +12,7 @@
 #include "hal/camera/camera_planes.h"
 #include "hal/camera/camera_watch.h"
 #include "tests/hal/camera_viewer.h"
+#include "tests/hal/sanitized.h"
 
 namespace cupola {
 namespace {
@@ -19,10 +20,10 @@ namespace {
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
-constexpr std::array<CameraFormat, 9> kFormats = {
-    CameraFormat::kYuyv,   CameraFormat::kUyvy,  CameraFormat::kNv12,
-    CameraFormat::kI420,   CameraFormat::kRgb24, CameraFormat::kBgr24,
-    CameraFormat::kXrgb32, CameraFormat::kGrey,  CameraFormat::kMjpeg};
+constexpr std::array<CameraFormat, 10> kFormats = {
+    CameraFormat::kYuyv, CameraFormat::kUyvy,  CameraFormat::kNv12,  CameraFormat::kI420,
+    CameraFormat::kI422, CameraFormat::kRgb24, CameraFormat::kBgr24, CameraFormat::kXrgb32,
+    CameraFormat::kGrey, CameraFormat::kMjpeg};
 
 TEST(CameraNames, AreThoseOfV4l2AndBackAgain) {
   for (const CameraFormat format : kFormats) {
@@ -183,17 +184,8 @@ TEST(FakeCamera, RefusesWhatItHasNot) {
   EXPECT_THROW(FakeCamera(clock, still), std::runtime_error);
 }
 
-// Sanitizers make it ten times as slow.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;
-#elif defined(__has_feature)
-constexpr bool kSanitized = __has_feature(address_sanitizer) || __has_feature(thread_sanitizer);
-#else
-constexpr bool kSanitized = false;
-#endif
-
 TEST(FourFakeCameras, RunForADayInSeconds) {
-  constexpr nanoseconds kDay = kSanitized ? 2h : 24h;
+  constexpr nanoseconds kDay = test::kSanitized ? 2h : 24h;
   FakeClock clock;
   std::vector<std::unique_ptr<FakeCamera>> cameras;
   std::vector<std::unique_ptr<CameraWatch>> watches;

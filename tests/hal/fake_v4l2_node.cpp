@@ -147,7 +147,7 @@ void FakeV4l2Node::paint(Buffer& buffer) {
     }
     const PlaneShape shape = plane_shape(drawn.format, p, drawn.width, drawn.height);
     std::size_t stride = layout.strides[m];
-    if (drawn.format == CameraFormat::kI420 && p > 0 && buffer.pieces.size() == 1) stride /= 2;
+    if (plane_count(drawn.format) == 3 && p > 0 && buffer.pieces.size() == 1) stride /= 2;
     if (stride < static_cast<std::size_t>(shape.row_bytes)) return;  // a fault: no picture fits
     for (int y = 0; y < shape.rows; ++y, to += stride) {
       std::memcpy(to, from.data + y * from.stride, static_cast<std::size_t>(shape.row_bytes));

@@ -23,6 +23,9 @@ CameraFormat format_of_fourcc(__u32 fourcc) {
     case V4L2_PIX_FMT_YUV420:
     case V4L2_PIX_FMT_YUV420M:
       return CameraFormat::kI420;
+    case V4L2_PIX_FMT_YUV422P:
+    case V4L2_PIX_FMT_YUV422M:
+      return CameraFormat::kI422;
     case V4L2_PIX_FMT_RGB24:
       return CameraFormat::kRgb24;
     case V4L2_PIX_FMT_BGR24:
@@ -56,10 +59,11 @@ FakeV4l2Node::Sizes FakeV4l2Node::sizes() const {
     result.bytes = {static_cast<__u32>(FakePicture(result.format, width, height, 0).bytes())};
     return result;
   }
-  const bool apart = settings_.fourcc == V4L2_PIX_FMT_NV12M || settings_.fourcc == V4L2_PIX_FMT_YUV420M;
+  const bool apart = settings_.fourcc == V4L2_PIX_FMT_NV12M || settings_.fourcc == V4L2_PIX_FMT_YUV420M ||
+                     settings_.fourcc == V4L2_PIX_FMT_YUV422M;
   for (int p = 0; p < plane_count(result.format); ++p) {
     const PlaneShape shape = plane_shape(result.format, p, width, height);
-    const bool half = result.format == CameraFormat::kI420 && p > 0;
+    const bool half = plane_count(result.format) == 3 && p > 0;
     auto stride = static_cast<__u32>(shape.row_bytes) + (half ? device_.padding / 2 : device_.padding);
     const __u32 bytes = stride * static_cast<__u32>(shape.rows);
     if (has(CameraFault::kWrongStride)) stride /= 2;

@@ -15,6 +15,7 @@ TEST(LibcameraFormat, HasTheCodesOfLibcamerasHeaders) {
   EXPECT_EQ(libcamera_fourcc(CameraFormat::kUyvy), formats::UYVY.fourcc());
   EXPECT_EQ(libcamera_fourcc(CameraFormat::kNv12), formats::NV12.fourcc());
   EXPECT_EQ(libcamera_fourcc(CameraFormat::kI420), formats::YUV420.fourcc());
+  EXPECT_EQ(libcamera_fourcc(CameraFormat::kI422), formats::YUV422.fourcc());
   EXPECT_EQ(libcamera_fourcc(CameraFormat::kXrgb32), formats::XRGB8888.fourcc());
   EXPECT_EQ(libcamera_fourcc(CameraFormat::kGrey), formats::R8.fourcc());
   EXPECT_EQ(libcamera_fourcc(CameraFormat::kMjpeg), formats::MJPEG.fourcc());

@@ -3,6 +3,7 @@
 #include "hal/display/window_display.h"
 
 #include <cstring>
+#include <string>
 #include <vector>
 
 #include <SDL.h>
@@ -69,6 +70,19 @@ TEST_F(Window, ShowsThePixelsItWasGiven) {
       ASSERT_EQ(shown[static_cast<std::size_t>(y * kWidth + x)] | 0xff000000U, colour(x, y)) << x << " " << y;
     }
   }
+}
+
+TEST_F(Window, HandsOnKeysThatAreNotItsOwn) {
+  std::string keys;
+  window_.on_key([&](char key) { keys += key; });
+  for (const SDL_Keycode key : {SDLK_SPACE, SDLK_b, SDLK_LEFT, SDLK_RIGHT, SDLK_F1, SDLK_f, SDLK_z, SDLK_f}) {
+    press(key);
+  }
+  EXPECT_EQ(show(), Present::kShown);
+  EXPECT_EQ(keys, " b<>z");
+  press(SDLK_q);
+  EXPECT_EQ(show(), Present::kClosed);
+  EXPECT_EQ(keys, " b<>z");
 }
 
 TEST_F(Window, ShowsTheSamePixelsAgain) {

@@ -79,6 +79,29 @@ TEST_F(RigFile, WorldViewsStayWithTheHorizon) {
   EXPECT_LT(glm::length(zenith.world_from_lens * zenith.views[0].forward - Vec3(0, 0, -1)), 1e-15);
 }
 
+TEST_F(RigFile, PositionsAndTheDistanceWhereSeamsCloseShiftTheViews) {
+  const std::string front = kFrame + kLens + kFront + "position_m = [0.03, -0.02, 0.06]\n";
+  const Rig near = load(front + "[seams]\ndistance_m = 4\n");
+  EXPECT_EQ(near.views[0].position_m, Vec3(0.03, -0.02, 0.06));
+  EXPECT_EQ(near.seams.distance_m, 4.0);
+  EXPECT_EQ(near.views[0].shift, Vec3(0.0075, -0.005, 0.015));
+  EXPECT_FALSE(is_shifted(load(front).views[0])) << "without a distance seams close at infinity";
+  const Rig zenith = load("views = \"world\"\ntilt_deg = 90\n" + front + "[seams]\ndistance_m = 4\n");
+  EXPECT_LT(glm::length(zenith.world_from_lens * zenith.views[0].shift - near.views[0].shift), 1e-15);
+}
+
+TEST_F(RigFile, SeamsThatCloseTooNearAreRefused) {
+  const std::string front = kFrame + kLens + kFront + "position_m = [0.3, 0, 0.4]\n";
+  expect_refused(
+      front + "[seams]\ndistance_m = 0.9\n",
+      ":10: seams.distance_m: expected at least 1: 2 times as far as view front, which is 0.5 m off");
+  EXPECT_EQ(load(front + "[seams]\ndistance_m = 1.0\n").views[0].shift, Vec3(0.3, 0.0, 0.4));
+  expect_refused(front + "[seams]\ndistance_m = -3\n", "distance_m");
+  expect_refused(kFrame + kLens + kFront + "position_m = [0, 0, 101]\n",
+                 "position_m: expected [x, y, z] within 100 metres of the rig's centre");
+  expect_refused(kFrame + kLens + kFront + "position_m = [0, 0]\n", "position_m");
+}
+
 TEST_F(RigFile, LeavesTheTablesOfHardwareToOthers) {
   load(kFrame + kLens + kFront +
        "[[camera]]\nany = 1\n[gpio]\nany = 2\n[[gpio.input]]\nany = 3\n[display]\nany = 4\n");
@@ -125,6 +148,13 @@ TEST_F(RigFile, NumbersOfAnotherKernelAreRefused) {
   expect_refused(start + "kernel = \"jinc\"\nnoise = 0.001\n", "belongs to optimal");
   expect_refused(start + "kernel = \"optimal\"\nnoise = 0\n", "filter.noise");
   expect_refused(start + "preset = \"paper\"\nkernel = \"jinc\"\n", "filter.kernel");
+  for (const char* other : {"preset = \"default\"", "kernel = \"optimal\"", "alpha = 2", "radius = 2",
+                            "rec = 1", "noise = 0.1", "table = \"precise\""}) {
+    expect_refused(start + "budget_ms = 8.0\n" + other + "\n", "beside budget_ms");
+  }
+  for (const char* budget : {"0", "-1", "nan", "inf", "1e9", "\"8\"", "[8]"}) {
+    expect_refused(start + "budget_ms = " + budget + "\n", "filter.budget_ms");
+  }
 }
 
 TEST_F(RigFile, BadRigsAreRefused) {

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "pipeline/optics/calibration.h"
+#include "pipeline/optics/seam.h"
 
 namespace cupola {
 namespace {
@@ -63,10 +64,18 @@ TEST(View, CubeFacesAreThoseOfTheConventions) {
   EXPECT_FALSE(named_pose("frnt", ignored));
 }
 
+// Any, from up to half the distance at which seams close: the farthest that there may be.
+Vec3 random_shift(std::mt19937_64& random) {
+  return random_direction(random) * std::uniform_real_distribution<>(0.0, 0.5)(random);
+}
+
+// Three models, in the rig's centre and beside it.
 class EveryView : public testing::TestWithParam<int> {
  protected:
   View view() const {
-    return GetParam() == 0 ? face("top") : GetParam() == 1 ? radial_tangential() : fisheye();
+    View view = GetParam() % 3 == 0 ? face("top") : GetParam() % 3 == 1 ? radial_tangential() : fisheye();
+    if (GetParam() >= 3) view.shift = {0.2, -0.15, 0.1};
+    return view;
   }
 };
 
@@ -112,7 +121,41 @@ TEST_P(EveryView, GradientsAreExactAndDensityIsTexelsASteradian) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Models, EveryView, testing::Values(0, 1, 2));
+INSTANTIATE_TEST_SUITE_P(Models, EveryView, testing::Range(0, 6));
+
+// The sphere of radius 3 m about the centre, met the long way: the point, then the eye's direction to it.
+TEST_P(EveryView, SeesFromBesideTheCentreWhatIsOnTheSphereThere) {
+  View view = this->view();
+  View eye = view;
+  eye.shift = Vec3{0.0};
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 20000; ++i) {
+    view.position_m = 3.0 * random_shift(random);
+    ASSERT_TRUE(set_shifts({&view, 1}, 3.0));
+    const Vec3 d = random_direction(random);
+    Vec2 there;
+    Vec2 expected;
+    const bool seen = project(eye, 3.0 * d - view.position_m, expected);
+    ASSERT_EQ(project(view, d, there), seen);
+    if (seen) {
+      ASSERT_LT(glm::length(there - expected), 1e-9 * (1.0 + glm::length(expected)));
+    }
+    const Vec2 at{std::uniform_real_distribution<>(0, view.size.width)(random),
+                  std::uniform_real_distribution<>(0, view.size.height)(random)};
+    const Vec3 point = direction_at(view, at) * 3.0 - view.position_m;
+    ASSERT_LT(glm::length(glm::normalize(point) - direction_at(eye, at)), 1e-12);
+  }
+}
+
+TEST(View, IsAsItWasWhereItsEyeIsInTheCentre) {
+  View view = face("front");
+  View moved = view;
+  moved.position_m = {0.3, 0.2, 0.1};
+  ASSERT_TRUE(set_shifts({&moved, 1}, HUGE_VAL));
+  EXPECT_FALSE(is_shifted(moved)) << "seams that close at infinity have no parallax to undo";
+  EXPECT_FALSE(set_shifts({&moved, 1}, 0.7)) << "less than twice as far as the eye";
+  EXPECT_FALSE(is_shifted(moved));
+}
 
 TEST(View, FisheyeReachesPast90DegreesWhereAnArctangentOfTheSlopeFails) {
   const View view = fisheye();
@@ -151,6 +194,7 @@ TEST(View, TexelsNearADirectionAreAllFound) {
   for (int i = 0; i < 300; ++i) {
     View view = face("left", {64, 48});
     view.focal = {std::uniform_real_distribution<>(0.05, 3)(random), 0.4};
+    if (i % 2 == 1) view.shift = random_shift(random);
     const Vec3 axis = random_direction(random);
     const double angle = std::uniform_real_distribution<>(0.0, 1.5)(random);
     const TexelBox box = texels_near(view, axis, angle);
@@ -171,6 +215,7 @@ TEST(View, TexelsNearADirectionAreAllFoundInDistortedViewsToo) {
   for (int i = 0; i < 300; ++i) {
     View view = i % 2 == 0 ? radial_tangential() : fisheye();
     view.size = {80, 60};
+    if (i % 4 > 1) view.shift = random_shift(random);
     const Vec3 axis = direction_at(view, {std::uniform_real_distribution<>(-5, 85)(random), 30.0});
     const double angle = std::uniform_real_distribution<>(0.0, i % 3 == 0 ? 0.6 : 0.1)(random);
     const TexelBox box = texels_near(view, axis, angle);

@@ -114,6 +114,93 @@ TEST(Stills, ThatAreDamagedAreRefusedBeforeTheFirstFrame) {
   EXPECT_THAT(refusal([&] { open_stills(missing); }), HasSubstr("b.png"));
 }
 
+TEST(Sequence, TellsWhatDiffersFromTheFrameBefore) {
+  for (const PixelFormat format : {PixelFormat::kRgbPlanar8, PixelFormat::kRgbPlanar16}) {
+    const TemporaryFolder folder;
+    const Size size{70, 40};  // three cells across, two down
+    ImageBuffer front = noise_picture(format, size, 1);
+    ImageBuffer top = noise_picture(format, size, 2);
+    for (int number = 1; number <= 4; ++number) {
+      if (number == 2) top.pixels().planes[1].row(39)[66 * sample_bytes(format)] ^= std::byte{1};
+      if (number == 4) front.pixels().planes[0].row(0)[0] ^= std::byte{128};
+      write_picture(folder / ("front_" + std::to_string(number) + ".png"), front.pixels());
+      write_picture(folder / ("top_" + std::to_string(number) + ".png"), top.pixels());
+    }
+    WorkerPool pool(2);
+    const std::vector<std::string> views = {"front", "top"};
+    const auto source = open_sequence((folder / "{view}_%d.png").string(), views, {}, &pool);
+    source->prepare(all_of(*source));
+    FaceSet faces;
+    EXPECT_EQ(source->fetch(0, faces), Fetch::kNew);
+    EXPECT_TRUE(faces.changed.empty()) << "anything may differ from what was there before";
+    EXPECT_EQ(source->fetch(1, faces), Fetch::kNew);
+    ASSERT_EQ(faces.changed.size(), 2U);
+    EXPECT_EQ(faces.changed[0].count(), 0);
+    EXPECT_EQ(faces.changed[1].count(), 1);
+    EXPECT_TRUE(faces.changed[1].touches(66, 39, 67, 40));
+    EXPECT_EQ(source->fetch(2, faces), Fetch::kUnchanged);
+    EXPECT_EQ(faces.frame, 2);
+    EXPECT_EQ(source->fetch(3, faces), Fetch::kNew);
+    EXPECT_EQ(faces.changed[0].count(), 1);
+    EXPECT_EQ(faces.changed[1].count(), 0);
+    EXPECT_EQ(source->fetch(0, faces), Fetch::kNew) << "around the loop";
+    EXPECT_EQ(faces.changed[0].count() + faces.changed[1].count(), 2);
+  }
+}
+
+TEST(Sequence, DoesNotDecodeAFileTwiceNorTakeADroppedOneForShown) {
+  const TemporaryFolder folder;
+  const ImageBuffer a = noise_picture(PixelFormat::kRgbPlanar8, {40, 40}, 1);
+  const ImageBuffer b = noise_picture(PixelFormat::kRgbPlanar8, {40, 40}, 2);
+  // front: a b b a a a; top: a, a damaged one, a a a b.
+  for (int number = 1; number <= 6; ++number) {
+    write_picture(folder / ("front_" + std::to_string(number) + ".png"),
+                  (number == 2 || number == 3 ? b : a).pixels());
+    write_picture(folder / ("top_" + std::to_string(number) + ".png"), (number == 6 ? b : a).pixels());
+  }
+  std::string file = read_text(folder / "top_2.png");
+  file[file.size() - 40] = static_cast<char>(file[file.size() - 40] ^ 1);
+  write_text(folder / "top_2.png", file);
+  const std::vector<std::string> views = {"front", "top"};
+  const auto source = open_sequence((folder / "{view}_%d.png").string(), views);
+  source->prepare(all_of(*source));
+  FaceSet faces;
+  const auto expect = [&](int frame, Fetch fetch, const ImageBuffer& front, const ImageBuffer& top,
+                          std::int64_t repeated) {
+    EXPECT_EQ(source->fetch(frame, faces), fetch) << frame;
+    EXPECT_EQ(largest_difference(faces.faces[0], front.pixels()), 0) << frame;
+    EXPECT_EQ(largest_difference(faces.faces[1], top.pixels()), 0) << frame;
+    EXPECT_EQ(source->counts().repeated, repeated) << frame;
+  };
+  expect(0, Fetch::kNew, a, a, 0);
+  expect(1, Fetch::kFailed, a, a, 0);  // front's b was read and dropped
+  expect(2, Fetch::kNew, b, a, 0);
+  expect(3, Fetch::kNew, a, a, 1);
+  expect(4, Fetch::kUnchanged, a, a, 3);
+  expect(5, Fetch::kNew, a, b, 4);
+  EXPECT_EQ(faces.changed[0].count(), 0);
+  EXPECT_GT(faces.changed[1].count(), 0);
+  expect(3, Fetch::kNew, a, a, 5);
+}
+
+TEST(Sequence, ComparesWithTheLastGoodFrameAfterABadOne) {
+  const TemporaryFolder folder;
+  const ImageBuffer first = noise_picture(PixelFormat::kRgbPlanar8, {40, 40}, 1);
+  write_picture(folder / "front_1.png", first.pixels());
+  write_picture(folder / "front_2.png", noise_picture(PixelFormat::kRgbPlanar8, {40, 40}, 2).pixels());
+  write_picture(folder / "front_3.png", first.pixels());
+  std::string file = read_text(folder / "front_2.png");
+  file[file.size() - 40] = static_cast<char>(file[file.size() - 40] ^ 1);
+  write_text(folder / "front_2.png", file);
+  const std::vector<std::string> views = {"front"};
+  const auto source = open_sequence((folder / "front_%d.png").string(), views);
+  source->prepare(all_of(*source));
+  FaceSet faces;
+  EXPECT_EQ(source->fetch(0, faces), Fetch::kNew);
+  EXPECT_EQ(source->fetch(1, faces), Fetch::kFailed);
+  EXPECT_EQ(source->fetch(2, faces), Fetch::kUnchanged) << "since the frame that stands";
+}
+
 TEST(Sequence, PlaysEveryPatternOfTheField) {
   for (const char* pattern : {"{view}_%06d.png", "{view}/%06d.png", "frame_{letter}_%04d.png",
                               "frame_%c_%04d.png", "name_{view}_%06d.png", "{view}/name_{view}_%d.png"}) {
@@ -229,7 +316,7 @@ TEST(Sequence, KeepsTheLastGoodFacesWhileFilesAreMissingOrDamaged) {
                           "front_000005.png: the picture is 12 x 16; expected 16 x 12"};
   for (int frame = 2; frame < 5; ++frame) {
     EXPECT_EQ(source->fetch(frame, faces), Fetch::kFailed);
-    EXPECT_THAT(source->last_error(), HasSubstr(causes[frame - 2]));
+    EXPECT_THAT(source->trouble(), HasSubstr(causes[frame - 2]));
     EXPECT_EQ(faces.frame, 1);
     expect_frame(faces, 2);
   }

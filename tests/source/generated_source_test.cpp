@@ -9,7 +9,7 @@
 #include <cstring>
 #include <string>
 
-#include "pipeline/optics/portable_math.h"
+#include "pipeline/portable/portable_math.h"
 #include "pipeline/source/ground_truth.h"
 #include "pipeline/source/lettering.h"
 

@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "hal/camera/fake_camera.h"
 #include "hal/camera/fake_picture.h"
 
@@ -37,7 +39,7 @@ class LiveRig {
       mode.format = format;
       mode.width = device.width;
       mode.height = device.height;
-      views.push_back({"FRONT", watches.back().get(), mode});
+      views.push_back({"FRONT", watches.back().get(), mode, {}});
     }
     // What a camera sends is what it says when it starts.
     for (int c = 0; c < 4; ++c) {
@@ -58,7 +60,7 @@ class LiveRig {
 
   // The stamp in a face's picture; none for a slate.
   std::optional<PictureStamp> stamp(std::size_t view) const {
-    const YuvImage& image = faces->faces()[view];
+    const NativeImage& image = faces->faces()[view];
     CameraFrame frame;
     frame.format = watches[view]->mode().format;
     frame.width = image.size.width;
@@ -104,10 +106,47 @@ TEST_P(LiveFacesOf, ShowEveryFrameOfEveryCameraInTheDriversOwnMemory) {
   EXPECT_EQ(rig.faces->sync().counts().passed_over, 0U);
 }
 
+TEST(LiveFaces, ShowGreyPicturesWithoutColour) {
+  LiveRig rig(CameraFormat::kGrey);
+  for (int i = 0; i < 10; ++i) rig.flip();
+  const auto expect_no_colour = [&] {
+    for (const NativeImage& face : rig.faces->faces()) {
+      ASSERT_EQ(face.layout, NativeLayout::kI420);
+      const Size chroma = chroma_size(face.layout, face.size);
+      for (int channel = 1; channel < 3; ++channel) {
+        for (int y = 0; y < chroma.height; ++y) {
+          for (int x = 0; x < chroma.width; ++x) ASSERT_EQ(*sample_at(face, channel, x, y), 128);
+        }
+      }
+    }
+  };
+  expect_no_colour();
+  rig.cameras[1]->begin_fault(CameraFault::kUnplugged);
+  rig.flip();
+  ASSERT_TRUE(rig.stamp(1)) << "its last picture";
+  expect_no_colour();
+}
+
 INSTANTIATE_TEST_SUITE_P(Formats, LiveFacesOf,
                          testing::Values(CameraFormat::kNv12, CameraFormat::kI420, CameraFormat::kYuyv,
-                                         CameraFormat::kUyvy),
+                                         CameraFormat::kUyvy, CameraFormat::kI422, CameraFormat::kGrey,
+                                         CameraFormat::kRgb24, CameraFormat::kBgr24, CameraFormat::kXrgb32),
                          [](const auto& format) { return std::string(name_of(format.param)); });
+
+TEST(LiveFaces, ShowSlatesOfRgbInGrey) {
+  const LiveRig rig(CameraFormat::kBgr24);
+  const NativeImage& slate = rig.faces->faces()[2];
+  ASSERT_EQ(slate.layout, NativeLayout::kBgr24);
+  std::set<int> greys;
+  for (int y = 0; y < slate.size.height; ++y) {
+    for (int x = 0; x < slate.size.width; ++x) {
+      greys.insert(*sample_at(slate, 0, x, y));
+      ASSERT_EQ(*sample_at(slate, 0, x, y), *sample_at(slate, 1, x, y));
+      ASSERT_EQ(*sample_at(slate, 0, x, y), *sample_at(slate, 2, x, y));
+    }
+  }
+  EXPECT_EQ(greys.size(), 2U) << "letters on a ground";
+}
 
 TEST(LiveFaces, ShowTheLastPictureThenTheSlateAndTheCameraAgain) {
   LiveRig rig;
@@ -157,10 +196,10 @@ TEST(LiveFaces, WritesTheViewsNameOnItsSlate) {
   CameraMode mode;
   mode.format = CameraFormat::kNv12;
   mode.width = mode.height = 128;
-  LiveFaces faces({{"LEFT", nullptr, mode}}, clock, {});
+  LiveFaces faces({{"LEFT", nullptr, mode, {}}}, clock, {});
   faces.gather(0ns);
   EXPECT_FALSE(faces.choose());
-  const YuvImage& slate = faces.faces()[0];
+  const NativeImage& slate = faces.faces()[0];
   int bright = 0;
   for (int y = 0; y < 128; ++y) {
     for (int x = 0; x < 128; ++x) bright += *sample_at(slate, 0, x, y) > 100;

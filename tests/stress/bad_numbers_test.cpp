@@ -90,6 +90,7 @@ const Template kRigs[] = {
 const Template kViewLines[] = {{"view.0.fov_deg", "fov_deg = @\n"},
                                {"view.0.fov_y_deg", "fov_deg = 90\nfov_y_deg = @\n"},
                                {"view.0.size", "size = [@, 32]\n"},
+                               {"view.0.position_m", "position_m = [0.1, @, 0]\n"},
                                {"view.0.forward", "forward = [@, 0, -1]\nup = [0, 1, 0]\n"},
                                {"view.0.up", "forward = [0, 0, -1]\nup = [0, 1, @]\n"}};
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "pipeline/optics/calibration.h"
-#include "pipeline/optics/portable_math.h"
+#include "pipeline/portable/portable_math.h"
 
 namespace cupola::test {
 namespace {
@@ -175,6 +175,9 @@ std::vector<View> random_views(Dice& dice) {
       if (kind == 4 && !dice.one_in(4)) bend(dice, view);
     }
     views.push_back(view);
+  }
+  if (dice.one_in(3)) {
+    for (View& view : views) view.shift = dice.pose() * Vec3{dice.log_uniform(1e-6, 0.5), 0.0, 0.0};
   }
   return views;
 }

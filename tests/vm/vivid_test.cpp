@@ -116,6 +116,7 @@ const std::vector<CameraStageMaker> kStages = {
     {"Nv12", make_stage<1, CameraFormat::kNv12>, kLateness, false, kFaults},
     {"Rgb24", make_stage<2, CameraFormat::kRgb24>, kLateness, false, kFaults},
     {"I420", make_stage<3, CameraFormat::kI420>, kLateness, false, kFaults},
+    {"I422", make_stage<3, CameraFormat::kI422>, kLateness, false, kFaults},
 };
 INSTANTIATE_TEST_SUITE_P(Vivid, CameraContract, testing::ValuesIn(kStages),
                          [](const auto& maker) { return std::string(maker.param.name); });
@@ -218,6 +219,54 @@ TEST_F(VividFaults, WrappedTimesAreOneClockStep) {
     viewer_.watch().stop();
   }
   EXPECT_EQ(counts().losses, 0U);
+}
+
+// The first frame of a stream with that crop, its luma as one row after the other.
+struct Luma {
+  CameraMode mode;
+  std::vector<std::uint8_t> texels;
+};
+Luma first_luma(VividStage& stage, const CameraArea& crop) {
+  Luma luma;
+  CameraSetup setup = stage.setup();
+  setup.crop = crop;
+  const auto started = stage.camera().start(setup);
+  const CameraMode* mode = std::get_if<CameraMode>(&started);
+  if (!mode) return luma;
+  luma.mode = *mode;
+  CameraFrame frame;
+  CameraTrouble trouble;
+  for (int i = 0; i < 100 && stage.camera().poll(frame, trouble) != CameraPoll::kFrame; ++i) {
+    stage.clock().sleep_until(stage.clock().now() + 20ms);
+  }
+  if (!frame.planes[0].data) return luma;
+  for (int y = 0; y < frame.height; ++y) {
+    const std::uint8_t* row = frame.planes[0].data + y * frame.planes[0].stride;
+    luma.texels.insert(luma.texels.end(), row, row + frame.width);
+  }
+  return luma;
+}
+
+TEST(VividCameras, CropTexelOnTexel) {
+  VividStage stage(1, CameraFormat::kNv12);
+  stage.set("osd_text_mode", 2.0);  // no clock in the picture
+  stage.set("test_pattern", 12.0);  // 1 x 1 chequers of red and blue: a texel off would show
+  const Luma whole = first_luma(stage, {});
+  const Luma part = first_luma(stage, {320, 100, 640, 400});
+  stage.set("osd_text_mode", 0.0);
+  stage.set("test_pattern", 0.0);
+  ASSERT_EQ(whole.texels.size(), 1280U * 720U);
+  ASSERT_EQ(part.mode.crop, (CameraArea{320, 100, 640, 400}));
+  ASSERT_EQ(part.mode.width, 640);
+  ASSERT_EQ(part.texels.size(), 640U * 400U);
+  long wrong = 0;
+  for (std::size_t y = 0; y < 400; ++y) {
+    for (std::size_t x = 0; x < 640; ++x) {
+      wrong += part.texels[y * 640 + x] != whole.texels[(y + 100) * 1280 + x + 320];
+    }
+  }
+  EXPECT_EQ(wrong, 0);
+  EXPECT_NE(part.texels[0], part.texels[1]) << "the pattern has texels to tell apart";
 }
 
 TEST(VividCameras, StreamFourAtOnce) {

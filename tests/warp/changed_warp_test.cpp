@@ -63,8 +63,8 @@ TEST_P(ChangedWarp, IsTheFullWarpAfterRandomEdits) {
         edit(faces.buffers[view], box, random);
         changed[view].add(box.x0, box.y0, box.x1, box.y1);
       }
-      const WarpWork work = warp->warp_changed(faces.images, changed, kept.pixels());
-      EXPECT_EQ(work.pieces + work.skipped,
+      const WarpWork work = warp->warp_known(faces.images, {changed, {}}, kept.pixels());
+      EXPECT_EQ(work.pieces + work.skipped + work.outside,
                 static_cast<std::int64_t>(table.tiles.size() * table.reflections.size()));
       skipped += work.skipped;
       warp->warp(faces.images, fresh.pixels());
@@ -83,7 +83,7 @@ TEST_P(ChangedWarp, DoesNothingWhereNothingChanged) {
   const test::Faces faces = test::make_faces(rig, test::noise(7));
   ImageBuffer frame(PixelFormat::kXrgb8888, shape.frame);
   const std::vector<ChangedCells> unchanged(shape.names.size(), ChangedCells({150, 140}));
-  EXPECT_EQ(warp->warp_changed(faces.images, unchanged, frame.pixels()).pieces, 0);
+  EXPECT_EQ(warp->warp_known(faces.images, {unchanged, {}}, frame.pixels()).pieces, 0);
   EXPECT_TRUE(test::same_pixels(as_const(frame.pixels()),
                                 as_const(ImageBuffer(PixelFormat::kXrgb8888, shape.frame).pixels())));
 }

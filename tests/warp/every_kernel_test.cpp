@@ -10,6 +10,8 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <optional>
 
 #include "pipeline/warp/ewa_warp.h"
 #include "pipeline/warp/row_store.h"
@@ -48,13 +50,14 @@ class GuardedBytes {
   std::uint8_t* bytes_;
 };
 
-// A view's three planes, each ending (or beginning) where memory does.
+// A view's three planes of texels of `step` bytes, each ending (or beginning) where memory does.
 class GuardedView {
  public:
-  GuardedView(Random& random, Size size) : size_(size) {
+  GuardedView(Random& random, Size size, int step) : size_(size), step_(step) {
     const bool at_end = between(random, 0, 1) == 0;
-    stride_ = static_cast<std::size_t>(size.width + between(random, 0, 70));
-    bytes_ = stride_ * static_cast<std::size_t>(size.height - 1) + static_cast<std::size_t>(size.width);
+    stride_ = static_cast<std::size_t>((size.width + between(random, 0, 70)) * step);
+    bytes_ =
+        stride_ * static_cast<std::size_t>(size.height - 1) + static_cast<std::size_t>(size.width * step);
     for (auto& plane : planes_) plane = std::make_unique<GuardedBytes>(bytes_, at_end);
   }
 
@@ -70,49 +73,65 @@ class GuardedView {
     }
   }
 
-  ViewTexels mirrored(bool flip_u, bool flip_v) const {
+  // Channels begin in planes of their own, or `apart` bytes from each other in the first one.
+  ViewTexels mirrored(bool flip_u, bool flip_v, std::optional<std::array<std::ptrdiff_t, 3>> apart) const {
     ViewTexels texels;
-    texels.across = flip_u ? -1 : 1;
+    texels.step = step_;
+    texels.across = flip_u ? -step_ : step_;
     texels.flip = flip_u ? 0x07070707 : 0;
     const auto stride = static_cast<std::ptrdiff_t>(stride_);
     texels.origin = planes_[0]->bytes() + (flip_v ? (size_.height - 1) * stride : 0) +
-                    (flip_u ? size_.width - kWindowSide : 0);
+                    (flip_u ? size_.width - kWindowSide : 0) * step_;
     texels.stride = flip_v ? -stride : stride;
     for (std::size_t channel = 0; channel < 3; ++channel) {
       texels.channel[channel] = ViewTexels::bytes_between(planes_[0]->bytes(), planes_[channel]->bytes());
     }
+    if (apart) texels.channel = *apart;
     return texels;
   }
 
  private:
   Size size_;
+  int step_;
   std::size_t stride_ = 0;
   std::size_t bytes_ = 0;
   std::array<std::unique_ptr<GuardedBytes>, 3> planes_;
 };
 
+// How texels lie in memory: bytes from one to the next, and where channels begin unless in their own planes.
+struct Layout {
+  int step = 1;
+  std::optional<std::array<std::ptrdiff_t, 3>> apart = std::nullopt;
+};
+
 // Four reflections of a tile, each in pixels of its own.
+template <class Pixel>
 class TilePictures {
  public:
-  TilePictures(Random& random, const std::vector<std::unique_ptr<GuardedView>>& views)
+  TilePictures(Random& random, const std::vector<std::unique_ptr<GuardedView>>& views, const Layout& layout)
       : stride_(kTileWidth + between(random, 0, 9)) {
     for (std::size_t i = 0; i < 4; ++i) {
       for (const auto& view : views) {
-        views_[i].push_back(view->mirrored(between(random, 0, 1) != 0, between(random, 0, 1) != 0));
+        views_[i].push_back(
+            view->mirrored(between(random, 0, 1) != 0, between(random, 0, 1) != 0, layout.apart));
       }
     }
   }
 
-  std::vector<Xrgb> made_by(TileKernel<Xrgb> kernel, const WarpTable& table, const Tile& tile) const {
+  // As bytes.
+  std::vector<std::uint8_t> made_by(TileKernel<Pixel> kernel, const WarpTable& table,
+                                    const Tile& tile) const {
     const auto picture = static_cast<std::size_t>(stride_ * kTileHeight);
-    std::vector<Xrgb> pixels(4 * picture, 0xa5a5a5a5);
-    std::array<TileImage<Xrgb>, 4> images;
+    std::vector<Pixel> pixels(4 * picture);
+    std::memset(static_cast<void*>(pixels.data()), 0xa5, pixels.size() * sizeof(Pixel));
+    std::array<TileImage<Pixel>, 4> images;
     for (std::size_t i = 0; i < 4; ++i) {
       const bool across = i % 2 == 1;
       images[i] = {views_[i], pixels.data() + i * picture + (across ? kTileWidth - 1 : 0), stride_, across};
     }
     kernel(table, tile, images);
-    return pixels;
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(pixels.data());
+    return {bytes, bytes + pixels.size() * sizeof(Pixel)};
   }
 
  private:
@@ -127,26 +146,42 @@ class EveryKernel : public testing::TestWithParam<Cpu> {
   }
 
   static void expect_scalar_bits(std::span<const BlockKind> kinds, unsigned seed) {
+    expect_same_bits<Xrgb>(kinds, seed, {}, run_tile_scalar, tile_kernel(GetParam()));
+  }
+
+  template <class Pixel>
+  static void expect_same_bits(std::span<const BlockKind> kinds, unsigned seed, const Layout& layout,
+                               TileKernel<Pixel> scalar, TileKernel<Pixel> kernel, int tables = 12) {
     Random random(seed);
-    for (int i = 0; i < 12; ++i) {
+    for (int i = 0; i < tables; ++i) {
       std::vector<Size> sizes;
       std::vector<std::unique_ptr<GuardedView>> views;
       for (int view = 0; view < 3; ++view) {
         sizes.push_back({between(random, kWindowSide, 40), between(random, kWindowSide, 40)});
-        views.push_back(std::make_unique<GuardedView>(random, sizes.back()));
+        views.push_back(std::make_unique<GuardedView>(random, sizes.back(), layout.step));
       }
       const test::RandomTable parts = test::random_table(random, kinds, sizes, 3);
       const WarpTable& table = parts.table;
-      const TilePictures pictures(random, views);
+      const TilePictures<Pixel> pictures(random, views, layout);
       for (int pattern = 0; pattern < 4; ++pattern) {
         for (const auto& view : views) view->fill(random, pattern);
         for (const Tile& tile : table.tiles) {
-          ASSERT_EQ(pictures.made_by(run_tile_scalar, table, tile),
-                    pictures.made_by(tile_kernel(GetParam()), table, tile))
+          ASSERT_EQ(pictures.made_by(scalar, table, tile), pictures.made_by(kernel, table, tile))
               << "table " << i << ", pattern " << pattern;
         }
       }
     }
+  }
+
+  // Every kind of block by itself, then all in one tile.
+  template <class Pixel>
+  static void expect_same_bits(const Layout& layout, TileKernel<Pixel> scalar, TileKernel<Pixel> kernel) {
+    constexpr std::array kAll = {BlockKind::kNarrow8, BlockKind::kSigned8, BlockKind::kNarrow16,
+                                 BlockKind::kWide16};
+    unsigned seed = 20;
+    for (const BlockKind& kind : kAll)
+      expect_same_bits<Pixel>(std::span(&kind, 1), seed++, layout, scalar, kernel, 4);
+    expect_same_bits<Pixel>(kAll, seed, layout, scalar, kernel, 4);
   }
 };
 
@@ -171,8 +206,36 @@ TEST_P(EveryKernel, GivesTheScalarBitsForMixedTiles) {
       std::array{BlockKind::kNarrow8, BlockKind::kSigned8, BlockKind::kNarrow16, BlockKind::kWide16}, 5);
 }
 
+TEST_P(EveryKernel, GivesTheScalarBitsForTexelsOf16Bits) {
+  expect_same_bits<Rgb16>({.step = 2}, run_wide_scalar, wide_kernel(GetParam()));
+}
+
+TEST_P(EveryKernel, GivesTheScalarBitsInLinearLight) {
+  expect_same_bits<Rgb16>({}, run_linear_scalar, linear_kernel(GetParam()));
+}
+
+TEST_P(EveryKernel, GivesTheScalarBitsForPackedRgbOfEveryLayout) {
+  for (const Layout& layout : {Layout{3, {{0, 1, 2}}}, Layout{3, {{2, 1, 0}}}, Layout{4, {{2, 1, 0}}}}) {
+    expect_same_bits<Xrgb>(layout, run_tile_scalar, rgb_kernel(GetParam(), layout.step));
+  }
+}
+
+TEST_P(EveryKernel, GivesTheScalarBitsForLumaOfEveryLayout) {
+  for (const Layout& layout : {Layout{}, Layout{2, {{0, 0, 0}}}, Layout{2, {{1, 0, 0}}}}) {
+    expect_same_bits<Luma>(layout, run_luma_scalar, luma_kernel(GetParam(), layout.step));
+  }
+}
+
+TEST_P(EveryKernel, GivesTheScalarBitsForChromaOfEveryLayout) {
+  for (const Layout& layout :
+       {Layout{}, Layout{2, {{0, 1, 0}}}, Layout{4, {{0, 2, 0}}}, Layout{4, {{1, 3, 0}}}}) {
+    expect_same_bits<Chroma>(layout, run_chroma_scalar, chroma_kernel(GetParam(), layout.step));
+  }
+}
+
 // A row of pixels somewhere in bytes that are to stay as they are.
-std::vector<std::byte> stored(const RowStore<Xrgb>& rows, const std::vector<Xrgb>& pixels, int count,
+template <class Pixel>
+std::vector<std::byte> stored(const RowStore<Pixel>& rows, const std::vector<Pixel>& pixels, int count,
                               PixelFormat format, int x, const std::array<int, 3>& shift) {
   constexpr std::size_t kPlane = 4096;
   std::vector<std::byte> bytes(4 * kPlane, std::byte{0xa5});
@@ -188,16 +251,14 @@ std::vector<std::byte> stored(const RowStore<Xrgb>& rows, const std::vector<Xrgb
   return {first, first + 3 * kPlane};
 }
 
-TEST_P(EveryKernel, StoresRowsOfEveryLengthAtEveryAlignment) {
+template <class Pixel>
+void expect_same_rows(const std::vector<Pixel>& pixels, const RowStore<Pixel>& plain,
+                      const RowStore<Pixel>& rows, int step_of_counts) {
   Random random(6);
-  std::vector<Xrgb> pixels(200);
-  for (Xrgb& pixel : pixels) pixel = kBlackXrgb | (random() & 0xffffff);
-  const RowStore<Xrgb> rows = row_store(GetParam());
-  const RowStore<Xrgb> plain{store_row_scalar, finish_rows_scalar};
   for (const PixelFormat format : {PixelFormat::kRgbPlanar8, PixelFormat::kRgbPlanar16, PixelFormat::kRgb8,
                                    PixelFormat::kRgb16, PixelFormat::kXrgb8888}) {
     const int step = sample_bytes(format) == 2 ? 2 : format == PixelFormat::kXrgb8888 ? 4 : 1;
-    for (int count = 0; count <= 200; ++count) {
+    for (int count = 0; count <= 200; count += step_of_counts) {
       for (int i = 0; i < 16; ++i) {
         // All alignments come up, planes alike as in a frame of our own and unlike as they may be elsewhere.
         const int x = i == 0 ? 0 : between(random, 0, 64);
@@ -213,15 +274,39 @@ TEST_P(EveryKernel, StoresRowsOfEveryLengthAtEveryAlignment) {
   }
 }
 
-TEST_P(EveryKernel, GivesTheScalarBitsOnTheProductionTable) {
+TEST_P(EveryKernel, StoresRowsOfEveryLengthAtEveryAlignment) {
+  Random random(6);
+  std::vector<Xrgb> pixels(200);
+  for (Xrgb& pixel : pixels) pixel = kBlackXrgb | (random() & 0xffffff);
+  expect_same_rows<Xrgb>(pixels, {store_row_scalar, finish_rows_scalar}, row_store(GetParam()), 1);
+}
+
+TEST_P(EveryKernel, StoresRowsOf16BitsHoweverTheyAreNarrowed) {
+  Random random(7);
+  std::vector<Rgb16> pixels(200);
+  const auto sample = [&] { return static_cast<std::uint16_t>(random()); };
+  for (Rgb16& pixel : pixels) pixel = {sample(), sample(), sample(), 0};
+  pixels[3] = {65535, 65408, 65407, 0};
+  for (const Narrowing narrowing :
+       {Narrowing::kRounded, Narrowing::kDithered, Narrowing::kFromLight, Narrowing::kFromLightDithered}) {
+    expect_same_rows<Rgb16>(pixels, wide_row_store(Cpu::kScalar, narrowing),
+                            wide_row_store(GetParam(), narrowing), 7);
+  }
+}
+
+// A small production table, checked, then timed where that is asked for.
+void expect_scalar_frame(Cpu cpu, PixelFormat format, const SampleSettings& samples, TableForm form,
+                         const char* what) {
   WorkerPool pool(1);
-  const Rig rig = test::omnimax_rig({492, 359}, 492, {256, 256}, {"front", "left", "right", "top"});
+  Rig rig = test::omnimax_rig({492, 359}, 492, {256, 256}, {"front", "left", "right", "top"});
+  rig.filter.table = form;
   const WarpTable table = build_warp_table(rig, pool);
-  const test::Faces faces = test::make_faces(rig, test::noise(7));
+  const unsigned most = format == PixelFormat::kRgbPlanar16 ? 65535 : 255;
+  const test::Faces faces = test::make_faces(rig, test::noise(7, most), format);
   ImageBuffer expected(PixelFormat::kRgbPlanar8, rig.frame.size);
   ImageBuffer got(PixelFormat::kRgbPlanar8, rig.frame.size);
-  make_table_warp(table, Cpu::kScalar, pool)->warp(faces.images, expected.pixels());
-  const auto warp = make_table_warp(table, GetParam(), pool);
+  make_table_warp(table, Cpu::kScalar, pool, samples)->warp(faces.images, expected.pixels());
+  const auto warp = make_table_warp(table, cpu, pool, samples);
   warp->warp(faces.images, got.pixels());
   ASSERT_TRUE(test::same_pixels(as_const(expected.pixels()), as_const(got.pixels())));
   if (std::getenv("CUPOLA_TIME_KERNELS") == nullptr) return;
@@ -233,9 +318,22 @@ TEST_P(EveryKernel, GivesTheScalarBitsOnTheProductionTable) {
         std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count());
   }
   std::nth_element(nanoseconds.begin(), nanoseconds.begin() + 50, nanoseconds.end());
-  std::printf("%s: %.2f ns a pixel of the image, median of 101 warps\n",
-              std::string(name(GetParam())).c_str(),
-              nanoseconds[50] / static_cast<double>(table.pixels_in_image));
+  std::printf("%s, %s: %.2f ns a pixel of the image, median of 101 warps\n", std::string(name(cpu)).c_str(),
+              what, nanoseconds[50] / static_cast<double>(table.pixels_in_image));
+}
+
+TEST_P(EveryKernel, GivesTheScalarBitsOnTheProductionTable) {
+  expect_scalar_frame(GetParam(), PixelFormat::kRgbPlanar8, {}, TableForm::kFast, "fast");
+  expect_scalar_frame(GetParam(), PixelFormat::kRgbPlanar8, {}, TableForm::kPrecise, "precise");
+}
+
+TEST_P(EveryKernel, GivesTheScalarBitsOnTheProductionTableFor16BitsAndInLight) {
+  const SampleSettings linear{.linear_light = true};
+  constexpr PixelFormat kDeep = PixelFormat::kRgbPlanar16;
+  expect_scalar_frame(GetParam(), kDeep, {}, TableForm::kPrecise, "16 bits, precise");
+  expect_scalar_frame(GetParam(), PixelFormat::kRgbPlanar8, linear, TableForm::kPrecise, "light, precise");
+  expect_scalar_frame(GetParam(), PixelFormat::kRgbPlanar8, linear, TableForm::kFast, "light, fast");
+  expect_scalar_frame(GetParam(), kDeep, linear, TableForm::kPrecise, "light of 16 bits, precise");
 }
 
 INSTANTIATE_TEST_SUITE_P(Kernels, EveryKernel,

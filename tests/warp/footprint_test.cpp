@@ -54,6 +54,76 @@ void expect_equal_everywhere(const Rig& rig, int step, double bound = 1e-6) {
   EXPECT_GT(compared, 1000);
 }
 
+// Cameras that overlap by 20 degrees and more, one of them with a real lens.
+Rig overlapping_rig() {
+  Rig rig = test::omnimax_rig({180, 140}, 180, {120, 110}, {"front", "left", "right", "top"});
+  for (View& view : rig.views) view.focal = {0.35, 0.38};
+  rig.views[2].distortion = Distortion::kRadialTangential;
+  rig.views[2].coefficients = {-0.05, 0.004, 0.001, -0.001, 0.0, 0.0, 0.0, 0.0};
+  rig.views[2].limit = 2.5;
+  return rig;
+}
+
+TEST(FootprintOf, FeatheredSeamsAreTheReferences) {
+  for (const double feather_deg : {2.0, 12.0}) {
+    Rig rig = overlapping_rig();
+    rig.seams.feather_deg = feather_deg;
+    expect_equal_everywhere(rig, 3);
+    rig.filter = robidoux_filter();
+    expect_equal_everywhere(rig, 7);
+  }
+}
+
+// Eyes beside the centre, up to half the distance at which seams close.
+Rig spread(Rig rig, double shift) {
+  for (std::size_t v = 0; v < rig.views.size(); ++v) {
+    View& view = rig.views[v];
+    view.shift =
+        shift * glm::normalize((v % 2 == 0 ? 0.8 : -0.5) * view.up + 0.4 * view.right - 0.5 * view.forward);
+  }
+  return rig;
+}
+
+TEST(FootprintOf, ViewsBesideTheCentreIsTheReferences) {
+  for (const double shift : {0.02, 0.5}) {
+    expect_equal_everywhere(spread(overlapping_rig(), shift), 7);
+    expect_equal_everywhere(spread(test::omnimax_rig({120, 120}, 120, {90, 80}, kAllNames), shift), 3);
+    Rig lobes = spread(overlapping_rig(), shift);
+    lobes.filter = robidoux_filter();
+    lobes.seams.feather_deg = 8.0;
+    expect_equal_everywhere(lobes, 7);
+    Rig wide = spread(test::omnimax_rig({48, 48}, 48, {160, 120}, kAllNames), shift);
+    wide.filter = paper_preset();
+    expect_equal_everywhere(wide, 1);
+  }
+}
+
+// The pictures are grey, each of its own brightness: the frame goes from one to the next over the band.
+TEST(FootprintOf, FeatheredSeamsGoFromOnePictureToTheNextWithoutSteps) {
+  Rig rig = overlapping_rig();
+  rig.filter = optimal_filter();
+  const FootprintGatherer cut(rig);
+  rig.seams.feather_deg = 12.0;
+  const FootprintGatherer feathered(rig);
+  const auto brightness = [](const FootprintGatherer& gatherer, int x, int y) {
+    std::vector<Tap> taps;
+    gatherer.gather(x, y, taps);
+    double sum = 0.0;
+    for (const Tap& tap : taps) sum += tap.weight * tap.view;
+    return sum;
+  };
+  double step_cut = 0.0;
+  double step_feathered = 0.0;
+  const int y = rig.frame.size.height / 2;
+  for (int x = 40; x < 140; ++x) {
+    step_cut = std::max(step_cut, std::abs(brightness(cut, x + 1, y) - brightness(cut, x, y)));
+    step_feathered =
+        std::max(step_feathered, std::abs(brightness(feathered, x + 1, y) - brightness(feathered, x, y)));
+  }
+  EXPECT_GT(step_cut, 0.5);
+  EXPECT_LT(step_feathered, 0.3);
+}
+
 TEST(FootprintOf, PaperGeometryIsTheReferences) {
   expect_equal_everywhere(test::paper_rig({256, 240}), 37);
 }

@@ -1,5 +1,6 @@
 // Warp tables that no rig would give: every kind of block, with all that warp_table.h allows and at its
-// limits. SPDX-License-Identifier: MIT
+// limits.
+// SPDX-License-Identifier: MIT
 #pragma once
 
 #include <random>

@@ -61,6 +61,13 @@ TEST(Symmetry, IsBrokenByWhateverIsNotTheSameOnBothSides) {
   shifted.views[0].principal.x = 0.51;
   EXPECT_EQ(find_reflections(shifted).size(), 1U);
 
+  Rig beside = round_rig({96, 80}, kFive);
+  beside.views[1].shift = {-0.1, 0.0, 0.05};
+  ASSERT_EQ(find_reflections(beside).size(), 2U);
+  EXPECT_TRUE(find_reflections(beside).front().down);
+  beside.views[2].shift = {0.1, 0.0, 0.05};
+  EXPECT_EQ(find_reflections(beside).size(), 4U);
+
   EXPECT_EQ(find_reflections(round_rig({96, 80}, kFive, {7, 64})).size(), 1U);  // smaller than a window
 }
 
@@ -69,7 +76,9 @@ TEST(Symmetry, IsExactInTheFrame) {
   WorkerPool pool(2);
   for (const Cpu cpu : {Cpu::kScalar, best_cpu()}) {
     for (const Size size : {Size{200, 150}, Size{130, 64}, Size{64, 66}}) {
-      const Rig rig = round_rig(size, kFive, {90, 77});
+      Rig rig = round_rig(size, kFive, {90, 77});
+      rig.views[1].shift = {-0.05, 0.0, 0.02};
+      rig.views[2].shift = {0.05, 0.0, 0.02};
       const WarpTable table = build_warp_table(rig, pool);
       ASSERT_EQ(table.reflections.size(), 4U);
       const test::Faces faces = test::make_faces(rig, test::noise(1));

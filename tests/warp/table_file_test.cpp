@@ -105,6 +105,7 @@ TEST_F(TableFile, IsRefusedForAnotherRig) {
   expect_refused([](Rig& rig) { rig.views[1].principal.x = 0.51; });
   expect_refused([](Rig& rig) { rig.views[1].forward.y += 1e-12; });
   expect_refused([](Rig& rig) { rig.views[0].coefficients[7] = 1e-3; });
+  expect_refused([](Rig& rig) { rig.views[0].shift.z = 1e-9; });
   expect_refused([](Rig& rig) { std::swap(rig.views[1], rig.views[2]); });
   expect_refused([](Rig& rig) { rig.views.pop_back(); });
 }
@@ -114,6 +115,7 @@ TEST_F(TableFile, IsThatOfARigWithOtherNames) {
   renamed.file = "elsewhere.toml";
   renamed.frame.lens.name = "mine";
   renamed.views[0].name = "ahead";
+  renamed.views[0].position_m = {1.0, 2.0, 3.0};  // without a distance
   EXPECT_EQ(table_key(renamed), table_key(rig_));
   EXPECT_TRUE(read_table(file(), renamed, pool_));
 }

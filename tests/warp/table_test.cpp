@@ -1,5 +1,6 @@
 // The warp table: its promises to the kernels, exact sums, needed regions, and that building it is a pure
-// function. SPDX-License-Identifier: MIT
+// function.
+// SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
 #include <array>

@@ -1,11 +1,12 @@
 // The bounds of the YUV warp against the reference: chroma interpolated, converted to RGB, filtered,
-// unrounded. SPDX-License-Identifier: MIT
+// unrounded.
+// SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "pipeline/warp/ewa_exact.h"
-#include "pipeline/warp/yuv_warp.h"
+#include "pipeline/warp/native_warp.h"
 #include "tests/warp/yuv_faces.h"
 
 namespace cupola {
@@ -41,13 +42,13 @@ TEST(YuvAccuracy, XrgbStaysWithinItsBoundOfTheReference) {
                               {"noise in luma", smooth, 35, {0.33, 0.33}, {1.5, 1.5}},
                               {"photograph", photographed, 0, {0.33, 0.33}, {4, 4}}};
   for (const Content& content : contents) {
-    for (const YuvLayout layout : {YuvLayout::kNv12, YuvLayout::kYuyv}) {
+    for (const NativeLayout layout : {NativeLayout::kNv12, NativeLayout::kYuyv}) {
       const bool packed = is_packed(layout);
       const test::YuvFaces faces = test::make_yuv_faces(rig, layout, kColour, content.yuv, content.noise);
       std::vector<double> exact = ewa_exact_frame(rig, test::shown(rig, faces).images, pool);
       for (double& sample : exact) sample /= 257.0;
       ImageBuffer frame(PixelFormat::kXrgb8888, rig.frame.size);
-      make_yuv_to_xrgb_warp(rig, layout, best_cpu(), pool)->warp(faces.images, frame.pixels());
+      make_native_to_xrgb_warp(rig, layout, best_cpu(), pool)->warp(faces.images, frame.pixels());
       ImageBuffer planar(PixelFormat::kRgbPlanar8, rig.frame.size);
       convert(as_const(frame.pixels()), planar.pixels());
       const test::Difference d = test::difference(rig, as_const(planar.pixels()), exact);

@@ -9,14 +9,14 @@
 namespace cupola::test {
 namespace {
 
-Size channel_size(const YuvImage& image, int channel) {
+Size channel_size(const NativeImage& image, int channel) {
   return channel == 0 ? image.size : chroma_size(image.layout, image.size);
 }
 
-double interpolated(const YuvImage& face, int channel, int x, int y) {
+double interpolated(const NativeImage& face, int channel, int x, int y) {
   const Size size = channel_size(face, channel);
   const double u = (x + 0.5) / 2.0 - 0.5;
-  const double v = is_packed(face.layout) ? y : (y + 0.5) / 2.0 - 0.5;
+  const double v = has_chroma_in_every_row(face.layout) ? y : (y + 0.5) / 2.0 - 0.5;
   const int u0 = static_cast<int>(std::floor(u));
   const int v0 = static_cast<int>(std::floor(v));
   const auto at = [&](int i, int j) {
@@ -29,10 +29,10 @@ double interpolated(const YuvImage& face, int channel, int x, int y) {
 
 }  // namespace
 
-YuvFaces make_yuv_faces(const Rig& rig, YuvLayout layout, YuvColour colour, const TexelFunction& sample) {
+YuvFaces make_yuv_faces(const Rig& rig, NativeLayout layout, YuvColour colour, const TexelFunction& sample) {
   YuvFaces faces;
   for (std::size_t i = 0; i < rig.views.size(); ++i) {
-    YuvBuffer buffer(layout, colour, rig.views[i].size);
+    NativeBuffer buffer(layout, colour, rig.views[i].size);
     for (int channel = 0; channel < 3; ++channel) {
       const Size size = channel_size(as_const(buffer.pixels()), channel);
       for (int y = 0; y < size.height; ++y) {
@@ -44,18 +44,18 @@ YuvFaces make_yuv_faces(const Rig& rig, YuvLayout layout, YuvColour colour, cons
     }
     faces.buffers.push_back(std::move(buffer));
   }
-  for (YuvBuffer& buffer : faces.buffers) faces.images.push_back(as_const(buffer.pixels()));
+  for (NativeBuffer& buffer : faces.buffers) faces.images.push_back(as_const(buffer.pixels()));
   return faces;
 }
 
-YuvFaces make_yuv_faces(const Rig& rig, YuvLayout layout, YuvColour colour,
+YuvFaces make_yuv_faces(const Rig& rig, NativeLayout layout, YuvColour colour,
                         const std::function<Vec3(const Vec3&)>& yuv, int noise) {
   std::mt19937 random(7);
   std::uniform_int_distribution<> grain(-noise, noise);
   return make_yuv_faces(rig, layout, colour, [&](int view, int channel, int x, int y) {
-    const Vec2 texel = channel == 0        ? Vec2{x + 0.5, y + 0.5}
-                       : is_packed(layout) ? Vec2{2 * x + 1.0, y + 0.5}
-                                           : Vec2{2 * x + 1.0, 2 * y + 1.0};
+    const Vec2 texel = channel == 0                      ? Vec2{x + 0.5, y + 0.5}
+                       : has_chroma_in_every_row(layout) ? Vec2{2 * x + 1.0, y + 0.5}
+                                                         : Vec2{2 * x + 1.0, 2 * y + 1.0};
     const double value = yuv(direction_at(rig.views[static_cast<std::size_t>(view)], texel))[channel];
     const double added = channel == 0 ? grain(random) : 0;
     return static_cast<unsigned>(std::clamp(std::round(value + added), 0.0, 255.0));
@@ -78,7 +78,7 @@ Faces shown(const Rig& rig, const YuvFaces& faces) {
   return make_faces(
       rig,
       [&](int view, int channel, int x, int y) {
-        const YuvImage& face = faces.images[static_cast<std::size_t>(view)];
+        const NativeImage& face = faces.images[static_cast<std::size_t>(view)];
         if (channel == 0) {
           rgb = rgb_of(face.colour, {static_cast<double>(*sample_at(face, 0, x, y)),
                                      interpolated(face, 1, x, y), interpolated(face, 2, x, y)});

@@ -5,21 +5,21 @@
 #include <functional>
 #include <vector>
 
-#include "pipeline/frame/yuv_image.h"
+#include "pipeline/frame/native_image.h"
 #include "tests/warp/faces.h"
 
 namespace cupola::test {
 
 struct YuvFaces {
-  std::vector<YuvBuffer> buffers;
-  std::vector<YuvImage> images;
+  std::vector<NativeBuffer> buffers;
+  std::vector<NativeImage> images;
 };
 
 // Values of a sample: (view, channel, x, y) -> 0..255, x and y in the channel's own size.
-YuvFaces make_yuv_faces(const Rig& rig, YuvLayout layout, YuvColour colour, const TexelFunction& sample);
+YuvFaces make_yuv_faces(const Rig& rig, NativeLayout layout, YuvColour colour, const TexelFunction& sample);
 // The same from Y, U, V by direction (0 to 255), one point a sample, where its middle is; to which Y adds
 // noise of up to +- `noise`.
-YuvFaces make_yuv_faces(const Rig& rig, YuvLayout layout, YuvColour colour,
+YuvFaces make_yuv_faces(const Rig& rig, NativeLayout layout, YuvColour colour,
                         const std::function<Vec3(const Vec3&)>& yuv, int noise = 0);
 
 // R, G, B of Y, U, V, all 0 to 255, by the real matrix, not clamped.

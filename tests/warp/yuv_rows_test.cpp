@@ -16,6 +16,20 @@ constexpr YuvColour kColours[] = {{YuvMatrix::kBt601, YuvRange::kLimited},
                                   {YuvMatrix::kBt709, YuvRange::kLimited},
                                   {YuvMatrix::kBt709, YuvRange::kFull}};
 
+// Often at the ends of what there may be.
+ViewColour any_colour(std::mt19937& random) {
+  const auto between = [&](double least, double most) {
+    const int kind = std::uniform_int_distribution<>(0, 5)(random);
+    return kind == 0 ? least : kind == 1 ? most : std::uniform_real_distribution<>(least, most)(random);
+  };
+  ViewColour colour;
+  for (std::size_t c = 0; c < 3; ++c) {
+    colour.gain[c] = between(ViewColour::kLeastGain, ViewColour::kMostGain);
+    colour.offset[c] = between(-ViewColour::kMostOffset, ViewColour::kMostOffset);
+  }
+  return colour;
+}
+
 TEST(YuvRows, ColoursErrByLessThanTheStatedPartOfAStep) {
   std::mt19937 random(1);
   std::uniform_int_distribution<> sample(0, 255);
@@ -35,6 +49,29 @@ TEST(YuvRows, ColoursErrByLessThanTheStatedPartOfAStep) {
         ASSERT_NEAR(value, std::clamp(real[channel], 0.0, 255.0), 0.5 + 0.031) << y << ' ' << u << ' ' << v;
       }
       ASSERT_EQ(got >> 24, 0xffU);
+    }
+  }
+}
+
+TEST(YuvRows, GainsAndOffsetsErrNoMoreThanTheirCoefficients) {
+  std::mt19937 random(5);
+  std::uniform_int_distribution<> sample(0, 255);
+  for (int i = 0; i < 200'000; ++i) {
+    const YuvColour colour = kColours[i % 4];
+    const ViewColour view = any_colour(random);
+    const YuvToRgb matrix = yuv_to_rgb(colour, view);
+    const int y = sample(random);
+    const int u = sample(random);
+    const int v = sample(random);
+    const auto luma = static_cast<Luma>(y * 64);
+    const Chroma chroma{static_cast<std::uint16_t>(u * 64), static_cast<std::uint16_t>(v * 64)};
+    Xrgb got = 0;
+    kYuvRowsScalar.xrgb(&luma, &chroma, 1, matrix, &got);
+    const Vec3 real = test::rgb_of(colour, {y, u, v});
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      const int value = static_cast<int>(got >> (16 - 8 * channel) & 0xff);
+      const double wanted = view.of(channel, real[static_cast<int>(channel)]);
+      ASSERT_NEAR(value, std::clamp(wanted, 0.0, 255.0), 0.5 + 0.031) << y << ' ' << u << ' ' << v;
     }
   }
 }
@@ -62,7 +99,7 @@ TEST(YuvRows, EveryKernelGivesTheScalarBitsForAnyLengthAndAlignment) {
     const int kind = which(random);
     return static_cast<std::uint16_t>(kind == 0 ? kMostFine : kind == 1 ? 0 : sample(random));
   };
-  for (const Cpu cpu : {Cpu::kAvx2, Cpu::kAvx512}) {
+  for (const Cpu cpu : {Cpu::kSse4, Cpu::kAvx2, Cpu::kAvx512}) {
     if (!supported(cpu)) continue;
     const YuvRows& rows = yuv_rows(cpu);
     for (int i = 0; i < 3000; ++i) {
@@ -73,7 +110,7 @@ TEST(YuvRows, EveryKernelGivesTheScalarBitsForAnyLengthAndAlignment) {
       const int first = std::uniform_int_distribution<>(0, 64)(random);
       const int count = std::uniform_int_distribution<>(0, kMost - first)(random);
       const int at = std::uniform_int_distribution<>(0, 64)(random);
-      const YuvToRgb matrix = yuv_to_rgb(kColours[i % 4]);
+      const YuvToRgb matrix = yuv_to_rgb(kColours[i % 4], any_colour(random));
       std::vector<std::uint8_t> y1(500, 0xa5), y2(500, 0xa5), uv1(900, 0xa5), uv2(900, 0xa5);
       std::vector<Xrgb> out1(500, 0xa5), out2(500, 0xa5);
       kYuvRowsScalar.luma(&luma[first], count, 16, &y1[at]);

@@ -1,0 +1,21 @@
+// What those who control a show know of it, which does not change while it plays.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "firmware/player_command.h"
+
+namespace cupola {
+
+struct ShowFacts {
+  std::string show;               // its name
+  std::vector<std::string> cues;  // their names
+  bool live = false;
+  std::vector<std::string> cameras;  // the views they are of, in the rig file's order
+  std::string display;               // as --display names it
+  CommandScope scope() const { return {cues, live}; }
+};
+
+}  // namespace cupola

@@ -1,0 +1,84 @@
+// Luma and chroma on their way out with SSE4.1: the scalar bits, four or eight pixels at a time.
+// SPDX-License-Identifier: MIT
+#include <smmintrin.h>
+
+#include "pipeline/warp/yuv_rows.h"
+
+namespace cupola {
+namespace {
+
+CUPOLA_INLINE __m128i load(const void* from) {
+  return _mm_loadu_si128(static_cast<const __m128i*>(from));
+}
+
+// Eight samples; kNoFine becomes `black`.
+CUPOLA_INLINE __m128i rounded(__m128i fine, __m128i black) {
+  const __m128i none = _mm_cmpeq_epi16(fine, _mm_set1_epi16(-1));
+  const __m128i half = _mm_set1_epi16(1 << (kFineBits - 1));
+  return _mm_blendv_epi8(_mm_srli_epi16(_mm_add_epi16(fine, half), kFineBits), black, none);
+}
+
+// As many of `count` samples as registers take; their number.
+int store_samples(const std::uint16_t* from, int count, std::uint8_t black_value, std::uint8_t* to) {
+  const __m128i black = _mm_set1_epi16(black_value);
+  int i = 0;
+  for (; i + 16 <= count; i += 16) {
+    const __m128i samples =
+        _mm_packus_epi16(rounded(load(from + i), black), rounded(load(from + i + 8), black));
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to + i), samples);
+  }
+  return i;
+}
+
+void store_luma(const Luma* from, int count, std::uint8_t black, std::uint8_t* to) noexcept {
+  const int done = store_samples(from, count, black, to);
+  kYuvRowsScalar.luma(from + done, count - done, black, to + done);
+}
+
+void store_chroma(const Chroma* from, int count, std::uint8_t* to) noexcept {
+  const int done = store_samples(reinterpret_cast<const std::uint16_t*>(from), 2 * count, 128, to) / 2;
+  kYuvRowsScalar.chroma(from + done, count - done, to + 2 * done);
+}
+
+// A channel's coefficients, for multiplying pairs of 16 bits.
+struct Channel {
+  explicit Channel(const YuvToRgb::Channel& of)
+      : luma(_mm_set1_epi32(of.y)),
+        chroma(_mm_set1_epi32(of.v * 65536 + static_cast<std::uint16_t>(of.u))),
+        start(_mm_set1_epi32(of.start)) {}
+
+  CUPOLA_INLINE __m128i sample(__m128i y, __m128i uv) const {
+    const __m128i sum =
+        _mm_add_epi32(_mm_add_epi32(_mm_madd_epi16(y, luma), start), _mm_madd_epi16(uv, chroma));
+    const __m128i value = _mm_srai_epi32(sum, YuvToRgb::kShift);
+    return _mm_min_epi32(_mm_max_epi32(value, _mm_setzero_si128()), _mm_set1_epi32(255));
+  }
+
+  __m128i luma, chroma, start;
+};
+
+void convert(const Luma* luma, const Chroma* chroma, int count, const YuvToRgb& matrix, Xrgb* to) noexcept {
+  const Channel red(matrix.red);
+  const Channel green(matrix.green);
+  const Channel blue(matrix.blue);
+  const __m128i black = _mm_set1_epi32(static_cast<int>(kBlackXrgb));
+  const __m128i grey = _mm_set1_epi16(128 << kFineBits);
+  int i = 0;
+  for (; i + 4 <= count; i += 4) {
+    const __m128i y = _mm_cvtepu16_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(luma + i)));
+    const __m128i both = load(chroma + i);
+    const __m128i uv = _mm_blendv_epi8(both, grey, _mm_cmpeq_epi32(both, _mm_set1_epi32(-1)));
+    const __m128i red_green =
+        _mm_or_si128(_mm_slli_epi32(red.sample(y, uv), 16), _mm_slli_epi32(green.sample(y, uv), 8));
+    const __m128i pixels = _mm_or_si128(_mm_or_si128(red_green, blue.sample(y, uv)), black);
+    const __m128i outside = _mm_cmpeq_epi32(y, _mm_set1_epi32(kNoFine));
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to + i), _mm_blendv_epi8(pixels, black, outside));
+  }
+  kYuvRowsScalar.xrgb(luma + i, chroma + i, count - i, matrix, to + i);
+}
+
+}  // namespace
+
+const YuvRows kYuvRowsSse4{store_luma, store_chroma, convert};
+
+}  // namespace cupola

@@ -1,0 +1,35 @@
+// Fuzzes OSC packets: any bytes are messages, whose commands are what a text would ask for, or an InputError.
+// SPDX-License-Identifier: MIT
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "firmware/osc_packet.h"
+#include "pipeline/frame/error.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace cupola;
+  const std::vector<std::string> cues = {"opening", "dome"};
+  const CommandScope scope{cues, false};
+  try {
+    for (const OscMessage& message : read_osc_packet({data, size})) {
+      const std::string again = osc_packet(message);
+      const auto read = read_osc_packet({reinterpret_cast<const std::uint8_t*>(again.data()), again.size()});
+      if (read.size() != 1 || read[0].address != message.address ||
+          read[0].values.size() != message.values.size()) {
+        std::abort();
+      }
+      try {
+        const auto word = osc_word(message.address, "");
+        if (!word || *word == "status") continue;
+        const auto command = parse_osc_command(*word, message.values, scope);
+        if (command && describe(*command, scope).empty()) std::abort();
+      } catch (const InputError&) {
+      }
+    }
+  } catch (const InputError&) {
+  }
+  return 0;
+}

@@ -1,0 +1,15 @@
+// Whether a sanitizer watches, which takes ten times as long.
+// SPDX-License-Identifier: MIT
+#pragma once
+
+namespace cupola::test {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool kSanitized = true;
+#elif defined(__has_feature)
+inline constexpr bool kSanitized = __has_feature(address_sanitizer) || __has_feature(thread_sanitizer);
+#else
+inline constexpr bool kSanitized = false;
+#endif
+
+}  // namespace cupola::test
