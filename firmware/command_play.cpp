@@ -15,6 +15,7 @@
 #include "firmware/frame_loop.h"
 #include "firmware/heap_count.h"
 #include "firmware/live_frames.h"
+#include "firmware/log_writer.h"
 #include "firmware/open_cameras.h"
 #include "firmware/open_display.h"
 #include "firmware/open_sound.h"
@@ -70,6 +71,12 @@ class PlayCommand final : public Command {
         .add_option("--trace", trace_,
                     "Write what the frame loop did in the last minute, for ui.perfetto.dev, when it ends")
         ->type_name("FILE");
+    options()
+        .add_option("--log", log_,
+                    "text: what an operator should know; json: all that happens, an object a line, for "
+                    "programs that collect logs")
+        ->check(CLI::IsMember({"text", "json"}))
+        ->type_name("FORM");
     options().add_flag("--fast-forward", fast_forward_,
                        "Do not wait for the time of a frame (fake display only)");
     options()
@@ -114,6 +121,7 @@ class PlayCommand final : public Command {
   double seconds_ = 0.0;
   std::string stats_;
   std::string trace_;
+  std::string log_ = "text";
   std::string resume_;
   std::string http_;
   std::string osc_;
@@ -202,6 +210,7 @@ int PlayCommand::run() {
   const std::optional<std::chrono::nanoseconds> time = time_to_play(what, frames.get());
 
   ControlLink link;
+  const LogWriter log(link.log, log_ == "json" ? LogForm::kJson : LogForm::kText, stderr);
   std::optional<Y4mWriter> video;
   std::unique_ptr<Display> display;
   try {
@@ -212,7 +221,7 @@ int PlayCommand::run() {
   // Buttons and lamps live in real time.
   const std::unique_ptr<Gpio> gpio = make_gpiod_lines(real);
   std::optional<ControlPanel> panel;
-  if (in_real_time() && !what.devices.gpio.empty()) panel.emplace(what.devices.gpio, *gpio, real);
+  if (in_real_time() && !what.devices.gpio.empty()) panel.emplace(what.devices.gpio, *gpio, real, link.log);
   const ShowFacts facts = facts_of(what, display_);
   std::optional<PatternBoard> patterns;
   std::optional<Screenshots> screenshots;
@@ -229,22 +238,24 @@ int PlayCommand::run() {
     link.reload = &reload.emplace(
         std::move(first), reopen_show(what, show_, overrides(), rig_, display_, on, cache()),
         [&](WorkerPool& fresh) {
-          for (const std::string& line : settle(what.machine, fresh)) link.log.say(line);
+          for (const std::string& line : settle(what.machine, fresh)) link.log.warn(Topic::kMachine, line);
           join_frame_loop(fresh);
         },
         pool.threads(), what.rig.frame.size, link.status, link.log);
   }
   std::optional<Preview> preview;
+  std::optional<FacePreviews> faces;
   std::unique_ptr<ControlServer> server;
   if (who.http) {
     link.preview = &preview.emplace(what.rig.frame.size);
+    link.faces = &faces.emplace();
     server = start_control_server(*who.http, token, facts, link, real);
-    std::fprintf(stderr, "cupola: control at http://%s/\n", describe(server->address()).c_str());
+    link.log.notice(Topic::kControl, fmt::format("control at http://{}/", describe(server->address())));
   }
   std::unique_ptr<OscServer> osc;
   if (who.osc) {
     osc = start_osc_server(*who.osc, token, facts, link, real);
-    std::fprintf(stderr, "cupola: OSC at udp://%s/\n", describe(osc->address()).c_str());
+    link.log.notice(Topic::kControl, fmt::format("OSC at udp://{}/", describe(osc->address())));
   }
   link.commands.push({.action = PlayerAction::kVolume, .volume = what.sound.volume});
   std::optional<SoundThread> sound;
@@ -254,7 +265,7 @@ int PlayCommand::run() {
   std::optional<PlayerWatch> watch;
   if (in_real_time() && (notice.wanted() || !resume_.empty())) watch.emplace(link, notice, facts, resume_);
   if (in_real_time()) {  // now that all others have their threads
-    for (const std::string& line : settle(what.machine, pool)) link.log.say(line);
+    for (const std::string& line : settle(what.machine, pool)) link.log.warn(Topic::kMachine, line);
   }
 
   FrameLoop loop(maker, *display, clock, pool, panel ? &*panel : nullptr, &link);

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: MIT
 #include "firmware/control_answers.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <array>
@@ -147,13 +146,23 @@ void add_cameras(Metrics& metrics, const ShowReport& show, const ShowFacts& fact
 ShowFacts facts_of(const Show& show, const std::string& display) {
   ShowFacts facts;
   facts.show = show.name;
-  for (const Cue& cue : show.cues) facts.cues.push_back(cue.name);
+  for (const Cue& cue : show.cues) {
+    facts.cues.push_back(cue.name);
+    facts.finished.push_back(cue.finished);
+  }
+  for (const View& view : show.rig.views) facts.views.push_back(view.name);
   facts.live = show.live();
   if (facts.live) {
     for (const RigCamera& camera : show.devices.cameras) facts.cameras.push_back(camera.view);
   }
   facts.display = display;
   return facts;
+}
+
+std::vector<std::string> views_of(const ShowFacts& facts, const PlayerStatus& status) {
+  const std::size_t cue = status.show.cue;
+  const bool none = cue < facts.finished.size() && facts.finished[cue];
+  return none ? std::vector<std::string>() : facts.views;
 }
 
 std::string status_json(const PlayerStatus& status, const ShowFacts& facts,
@@ -175,6 +184,7 @@ std::string status_json(const PlayerStatus& status, const ShowFacts& facts,
                {"display", facts.display},
                {"reload_trouble", reload_trouble},
                {"test_patterns", test_patterns()},
+               {"views", views_of(facts, status)},
                {"display_away", status.display_away},
                {"rate_hz", status.period.count() > 0 ? 1.0 / seconds(status.period) : 0.0},
                {"trouble", status.failing ? show.trouble.data() : ""},
@@ -236,9 +246,10 @@ std::string cues_json(const PlayerStatus& status, const ShowFacts& facts) {
 std::string log_json(const std::vector<EventLog::Line>& lines) {
   Json json = Json::array();
   for (const EventLog::Line& line : lines) {
-    const auto at = std::chrono::time_point_cast<std::chrono::seconds>(line.at);
     json.push_back({{"number", line.number},
-                    {"time", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(at))},
+                    {"time", utc_text(line.at)},
+                    {"severity", name_of(line.severity)},
+                    {"topic", name_of(line.topic)},
                     {"text", line.text}});
   }
   return dump({{"lines", json}});

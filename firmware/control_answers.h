@@ -16,6 +16,8 @@ namespace cupola {
 
 ShowFacts facts_of(const Show& show, const std::string& display);
 
+// The views that the cue shown has pictures of.
+std::vector<std::string> views_of(const ShowFacts& facts, const PlayerStatus& status);
 // `reload_trouble`: why the last reload changed nothing.
 std::string status_json(const PlayerStatus& status, const ShowFacts& facts,
                         const std::string& reload_trouble = "");

@@ -7,6 +7,7 @@
 
 #include "firmware/command_queue.h"
 #include "firmware/event_log.h"
+#include "firmware/face_previews.h"
 #include "firmware/frame_trace.h"
 #include "firmware/pattern_board.h"
 #include "firmware/player_status.h"
@@ -29,6 +30,7 @@ struct ControlLink {
   EventLog log;                        // from everybody
   FrameTrace trace;                    // from the loop
   Preview* preview = nullptr;          // borrowed; null where nobody can look
+  FacePreviews* faces = nullptr;       // the same
   PatternBoard* patterns = nullptr;    // borrowed; null: none is laid
   ShowReload* reload = nullptr;        // borrowed; null: the show is not read again
   Screenshots* screenshots = nullptr;  // borrowed; null: none is taken

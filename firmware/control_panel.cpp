@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: MIT
 #include "firmware/control_panel.h"
 
-#include <cstdio>
-
 namespace cupola {
 namespace {
 
@@ -36,8 +34,8 @@ PlayerCommand command_of(InputDoes does) {
 
 }  // namespace
 
-ControlPanel::ControlPanel(const GpioSettings& settings, Gpio& gpio, Clock& clock)
-    : watch_(gpio, lines_of(settings), clock) {
+ControlPanel::ControlPanel(const GpioSettings& settings, Gpio& gpio, Clock& clock, EventLog& log)
+    : watch_(gpio, lines_of(settings), clock), log_(log) {
   for (const PanelInput& input : settings.inputs) inputs_.push_back(input.does);
   for (const PanelOutput& output : settings.outputs) outputs_.push_back(output.is);
   poll_lines(nullptr);
@@ -62,9 +60,9 @@ bool ControlPanel::poll_lines(CommandQueue* commands) noexcept {
       }
     }
     if (said == GpioWatch::Poll::kLost) {
-      std::fprintf(stderr, "cupola: gpio: %s\n", describe(watch_.trouble(), watch_.lines()).c_str());
+      log_.warn(Topic::kControl, "gpio: " + describe(watch_.trouble(), watch_.lines()));
     }
-    if (said == GpioWatch::Poll::kBack) std::fputs("cupola: gpio: the lines are back\n", stderr);
+    if (said == GpioWatch::Poll::kBack) log_.notice(Topic::kControl, "gpio: the lines are back");
   }
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     if (inputs_[i] == InputDoes::kBlackout && watch_.active(i)) dark = true;

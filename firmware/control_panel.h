@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "firmware/command_queue.h"
+#include "firmware/event_log.h"
 #include "firmware/rig_devices.h"
 #include "hal/gpio/gpio_watch.h"
 
@@ -12,9 +13,9 @@ namespace cupola {
 
 class ControlPanel {
  public:
-  // Takes the lines, or says why not and goes on trying. `gpio` and `clock` are borrowed for the panel's
-  // life.
-  ControlPanel(const GpioSettings& settings, Gpio& gpio, Clock& clock);
+  // Takes the lines, or says why not and goes on trying. `gpio`, `clock` and `log` are borrowed for the
+  // panel's life.
+  ControlPanel(const GpioSettings& settings, Gpio& gpio, Clock& clock, EventLog& log);
 
   // To be called once a frame: what was pressed goes into `commands`; true when the coming frame is to be
   // black, by a line that is active or was meanwhile. Does not wait; allocates only when lines were lost.
@@ -34,6 +35,7 @@ class ControlPanel {
   std::vector<InputDoes> inputs_;  // the watch's first lines
   std::vector<OutputIs> outputs_;  // the others
   GpioWatch watch_;
+  EventLog& log_;
   bool trigger_ = false;
 };
 

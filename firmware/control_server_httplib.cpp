@@ -75,7 +75,7 @@ class HttpServer final : public ControlServer {
   ShowFacts facts() const { return link_.reload ? link_.reload->facts() : facts_; }
   Answered guard(const Request& request, Response& response) const;
   void command(const Request& request, Response& response);
-  void preview(Response& response);
+  void answer_picture(Preview* preview, Response& response);
 
   ControlAddress address_;
   std::string token_;
@@ -159,7 +159,13 @@ void HttpServer::add_routes() {
   server_.Get("/trace", [this](const Request&, Response& response) {
     response.set_content(link_.trace.json(), kJson);
   });
-  server_.Get("/preview.jpg", [this](const Request&, Response& response) { preview(response); });
+  server_.Get("/preview.jpg",
+              [this](const Request&, Response& response) { answer_picture(link_.preview, response); });
+  server_.Get(R"(/faces/([1-9])\.jpg)", [this](const Request& request, Response& response) {
+    const auto view = static_cast<std::size_t>(request.matches[1].str()[0] - '1');
+    const std::size_t views = std::min(views_of(facts(), link_.status.read()).size(), FacePreviews::kMost);
+    answer_picture(link_.faces && view < views ? &link_.faces->of(view) : nullptr, response);
+  });
   server_.Post("/api/command",
                [this](const Request& request, Response& response) { command(request, response); });
 }
@@ -198,21 +204,22 @@ void HttpServer::command(const Request& request, Response& response) {
   const ShowFacts facts = this->facts();
   const PlayerCommand command = parse_command_json(request.body, facts);
   if (!link_.commands.push(command)) return refuse(response, 503, "too many commands at once; try again");
-  link_.log.note(fmt::format("{}: {}", request.remote_addr, describe(command, facts.scope())));
+  link_.log.info(Topic::kControl,
+                 fmt::format("{}: {}", request.remote_addr, describe(command, facts.scope())));
   response.set_content(R"({"taken": true})"
                        "\n",
                        kJson);
 }
 
-void HttpServer::preview(Response& response) {
-  if (!link_.preview) return refuse(response, 404, "there is no preview");
+void HttpServer::answer_picture(Preview* preview, Response& response) {
+  if (!preview) return refuse(response, 404, "there is no such picture");
   ImageBuffer picture;
-  const std::int64_t first = link_.preview->newest(picture);
+  const std::int64_t first = preview->newest(picture);
   std::int64_t number = first;
-  const bool old = number == 0 || clock_.now() - link_.preview->made_at() > kPreviewAge;
+  const bool old = number == 0 || clock_.now() - preview->made_at() > kPreviewAge;
   for (const auto until = clock_.now() + kPreviewPatience; old && number == first && clock_.now() < until;) {
     std::this_thread::sleep_for(20ms);
-    number = link_.preview->newest(picture);
+    number = preview->newest(picture);
   }
   if (number == 0) return refuse(response, 503, "there is no picture yet; try again");
   response.set_content(encode_jpeg(as_const(picture.pixels()), kPreviewQuality), "image/jpeg");

@@ -1,48 +1,84 @@
-// What happened lately: the last lines, for whoever asks; trouble goes to standard error as well.
+// What happened lately: the last lines, for whoever asks.
 // SPDX-License-Identifier: MIT
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "firmware/bounded_queue.h"
+#include "firmware/side_work.h"
 #include "hal/time/wall_time.h"
 
 namespace cupola {
 
-// Any thread. Allocates nothing but in lines().
+enum class Severity : std::uint8_t {
+  kInfo,     // as it should be
+  kNotice,   // worth an operator's look
+  kWarning,  // something is wrong
+};
+enum class Topic : std::uint8_t { kShow, kDisplay, kCameras, kSound, kControl, kMachine };
+
+constexpr const char* name_of(Severity severity) {
+  constexpr const char* kNames[] = {"info", "notice", "warning"};
+  return kNames[static_cast<std::size_t>(severity)];
+}
+constexpr const char* name_of(Topic topic) {
+  constexpr const char* kNames[] = {"show", "display", "cameras", "sound", "control", "machine"};
+  return kNames[static_cast<std::size_t>(topic)];
+}
+
+// "2026-01-31T23:59:59.123Z".
+std::string utc_text(WallTime at);
+
 class EventLog {
  public:
-  static constexpr std::size_t kLines = 256;
+  static constexpr std::size_t kLines = 256;    // that are kept
   static constexpr std::size_t kLongest = 240;  // bytes; what is longer is cut
 
   struct Line {
-    std::int64_t number = 0;  // counts from 1: a gap is what was written over or left out
+    std::int64_t number = 0;  // counts from 1, in the order of their coming
     WallTime at;
+    Severity severity = Severity::kInfo;
+    Topic topic = Topic::kShow;
     std::string text;
   };
 
-  // Keeps the line. Does not wait: where another thread is at it just now, the line is left out.
-  void note(std::string_view text) noexcept;
-  // Keeps it and writes "cupola: TEXT" to standard error, always.
-  void say(std::string_view text) noexcept;
-  // Oldest first.
-  std::vector<Line> lines() const;
+  // Any thread; neither waits nor allocates. Of more than kComing lines that nobody has looked at yet those
+  // beyond are left out, and counted by a line of their own.
+  void info(Topic topic, std::string_view text) noexcept { add(Severity::kInfo, topic, text); }
+  void notice(Topic topic, std::string_view text) noexcept { add(Severity::kNotice, topic, text); }
+  void warn(Topic topic, std::string_view text) noexcept { add(Severity::kWarning, topic, text); }
+
+  // Not the loop's. The lines kept that come after number `after`, oldest first.
+  std::vector<Line> lines(std::int64_t after = 0);
+  // Is rung after each line; null: nobody. Borrowed.
+  void ring(SideWork* reader) noexcept { reader_.store(reader); }
 
  private:
-  struct Kept {
-    std::int64_t number = 0;  // 0: none yet
+  static constexpr std::size_t kComing = 64;
+  struct Coming {
     WallTime at;
+    Severity severity = Severity::kInfo;
+    Topic topic = Topic::kShow;
     std::size_t length = 0;
     std::array<char, kLongest> text{};
   };
-  mutable std::mutex mutex_;
+  void add(Severity severity, Topic topic, std::string_view text) noexcept;
+  void keep(Line line);
+
+  BoundedQueue<Coming, kComing> coming_;
+  std::atomic<std::int64_t> left_out_{0};
+  std::atomic<SideWork*> reader_{nullptr};
+  std::mutex mutex_;  // of those who read; the rest is theirs
   std::int64_t count_ = 0;
-  std::array<Kept, kLines> kept_;  // a ring
+  std::deque<Line> kept_;
 };
 
 }  // namespace cupola

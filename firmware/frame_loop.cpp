@@ -137,6 +137,7 @@ LoopEnd FrameLoop::play(std::optional<nanoseconds> time) noexcept {
     if (!shown) begun = start = previous = next = status_.due = presented.flipped_at;
     shown = true;
     if (!away_ && !black_) show_->shown(presented.flipped_at);
+    if (link_.faces) counts_.preview_bytes_copied += link_.faces->copy(*show_, next);
     ++(away_ ? counts_.frames_unshown : counts_.frames_presented);
     counts_.blackout_frames += black_ ? 1 : 0;
     const nanoseconds behind = presented.flipped_at - next;
@@ -223,14 +224,15 @@ void FrameLoop::publish(PlayerState state) noexcept {
   if (status_.show.cue != noted_cue_) {
     std::array<char, 32> words{};
     std::snprintf(words.data(), words.size(), "cue %zu", status_.show.cue + 1);
-    link_.log.note(words.data());
+    link_.log.info(Topic::kShow, words.data());
     noted_cue_ = status_.show.cue;
   }
-  if (status_.state != state) link_.log.note(name_of(state));
-  if (status_.black != black_) link_.log.note(black_ ? "dark" : "no longer dark");
+  if (status_.state != state) link_.log.info(Topic::kShow, name_of(state));
+  if (status_.black != black_) link_.log.info(Topic::kControl, black_ ? "dark" : "no longer dark");
   status_.state = state;
   const std::size_t pattern = pattern_ ? pattern_laid_ : 0;
-  if (status_.pattern != pattern) link_.log.note(pattern ? "a test pattern is laid" : "no test pattern");
+  if (status_.pattern != pattern)
+    link_.log.info(Topic::kControl, pattern ? "a test pattern is laid" : "no test pattern");
   status_.pattern = pattern;
   status_.black = black_;
   status_.volume = wishes_.volume();
@@ -299,7 +301,11 @@ void FrameLoop::note_trouble(bool failed) noexcept {
   if (failed) ++counts_.frames_failed;
   if (failed == failing_) return;
   failing_ = failed;
-  link_.log.say(failed ? status_.show.trouble.data() : "the faces are back");
+  if (failed) {
+    link_.log.warn(Topic::kShow, status_.show.trouble.data());
+  } else {
+    link_.log.notice(Topic::kShow, "the faces are back");
+  }
 }
 
 void FrameLoop::note_absence(bool away) noexcept {
@@ -309,9 +315,9 @@ void FrameLoop::note_absence(bool away) noexcept {
     ++counts_.display_losses;
     std::array<char, EventLog::kLongest> words{};
     std::snprintf(words.data(), words.size(), "the display is away: %s", display_.trouble());
-    link_.log.say(words.data());
+    link_.log.warn(Topic::kDisplay, words.data());
   } else {
-    link_.log.say("the display is back");
+    link_.log.notice(Topic::kDisplay, "the display is back");
   }
 }
 

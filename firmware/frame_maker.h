@@ -3,9 +3,11 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
+#include "firmware/face_picture.h"
 #include "firmware/player_command.h"
 #include "firmware/show_report.h"
 #include "pipeline/frame/image.h"
@@ -34,6 +36,8 @@ class FrameMaker {
   // Warps them into `frame`, which has the rig's size and any format. Where `frame` holds what warp() made
   // `age` calls ago, 1 being the last one, only what has changed since need be done; 0: it holds anything.
   virtual WarpWork warp(const MutableImage& frame, int age) noexcept = 0;
+  // What the last advance() left of a view, until the next one; none where there is no such view.
+  virtual FacePicture face(std::size_t /*view*/) const noexcept { return {}; }
   // The frame warped last reached the screen, or was shown once more.
   virtual void shown(std::chrono::nanoseconds flipped_at) noexcept = 0;
   virtual double rate() const = 0;  // frames a second, where the display has no rate of its own

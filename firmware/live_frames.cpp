@@ -234,6 +234,11 @@ WarpWork LiveFrames::warp(const MutableImage& frame, int age) noexcept {
   return work;
 }
 
+FacePicture LiveFrames::face(std::size_t view) const noexcept {
+  if (view >= rig_.views.size()) return {};
+  return NativePart{faces_->faces()[view], faces_->needed(view)};
+}
+
 void LiveFrames::shown(nanoseconds flipped_at) noexcept {
   const nanoseconds captured_at = faces_->sync().captured_at();
   if (!std::exchange(fresh_, false) || captured_at == nanoseconds(0)) return;

@@ -34,6 +34,7 @@ class LiveFrames final : public FrameMaker {
 
   Change advance(const Due& due) noexcept override;
   WarpWork warp(const MutableImage& frame, int age) noexcept override;
+  FacePicture face(std::size_t view) const noexcept override;
   void shown(std::chrono::nanoseconds flipped_at) noexcept override;
   double rate() const override { return rate_; }
   void report(ShowReport& report) const noexcept override;

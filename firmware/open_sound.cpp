@@ -50,7 +50,7 @@ SoundPart sound_part(const Cue& cue, const CueTiming& timing, const SoundTrack& 
 SoundThread::SoundThread(const Show& show, const Timeline& timeline, Clock& clock, ControlLink& link)
     : clock_(clock), output_(make_alsa_sound(show.sound.device, clock)) {
   if (!output_) {
-    link.log.say("this program was built without sound; the show is silent");
+    link.log.warn(Topic::kSound, "this program was built without sound; the show is silent");
     return;
   }
   // First the files, for the number of channels; then the device; then the files again as it wants them.
@@ -64,7 +64,7 @@ SoundThread::SoundThread(const Show& show, const Timeline& timeline, Clock& cloc
       most = std::max(most, open_cue_sound(cue, show.rig, kUsualRate, 0)->file_channels());
       there[i] = true;
     } catch (const InputError& error) {
-      link.log.say(fmt::format("cue {}: {}; it is silent", cue.name, error.what()));
+      link.log.warn(Topic::kSound, fmt::format("cue {}: {}; it is silent", cue.name, error.what()));
     }
   }
   if (mode.channels == 0) mode.channels = most == 0 ? 2 : std::max(most, 2);
@@ -83,7 +83,7 @@ SoundThread::SoundThread(const Show& show, const Timeline& timeline, Clock& cloc
       sounds[i].ahead = std::make_unique<SoundAhead>(std::move(track), mode.channels, part,
                                                      std::int64_t{kAheadSeconds} * mode.rate, false);
     } catch (const InputError& error) {
-      link.log.say(fmt::format("cue {}: {}; it is silent", cue.name, error.what()));
+      link.log.warn(Topic::kSound, fmt::format("cue {}: {}; it is silent", cue.name, error.what()));
     }
   }
   sound_ = std::make_unique<ShowSound>(show.sound, std::move(sounds), timeline, *output_, mode,

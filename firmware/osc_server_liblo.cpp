@@ -217,7 +217,7 @@ void UdpOscServer::note(const PlayerCommand& command, const ShowFacts& facts, co
   const std::chrono::nanoseconds now = clock_.now();
   if (noted_ && noted_->first == command.action && now - noted_->second < kSameApart) return;
   noted_ = {command.action, now};
-  link_.log.note(fmt::format("{}: osc: {}", from.text(), describe(command, facts.scope())));
+  link_.log.info(Topic::kControl, fmt::format("{}: osc: {}", from.text(), describe(command, facts.scope())));
 }
 
 void UdpOscServer::note_refusal(std::string_view why, const Sender& from) {
@@ -228,7 +228,7 @@ void UdpOscServer::note_refusal(std::string_view why, const Sender& from) {
   }
   refusal_noted_ = now;
   const std::string more = refusals_ ? fmt::format("{} more before; ", std::exchange(refusals_, 0)) : "";
-  link_.log.note(fmt::format("{}: osc: refused: {}{}", from.text(), more, why));
+  link_.log.info(Topic::kControl, fmt::format("{}: osc: refused: {}{}", from.text(), more, why));
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ void PatternBoard::work() {
     if (free->image.empty()) free->image = ImageBuffer(PixelFormat::kXrgb8888, frame_);
     draw_(wanted, free->image.pixels());
   } catch (const std::exception& error) {
-    log_.say(fmt::format("test-pattern {}: {}", test_patterns()[wanted - 1], error.what()));
+    log_.warn(Topic::kControl, fmt::format("test-pattern {}: {}", test_patterns()[wanted - 1], error.what()));
     drawn_ = 0;
     return;
   }

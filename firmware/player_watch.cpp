@@ -88,10 +88,10 @@ void PlayerWatch::keep(const PlayerStatus& status) {
     AtomicFile file(file_);
     file.write(position_text(position));
     file.commit();
-    if (failed_) link_.log.say("the position is kept again");
+    if (failed_) link_.log.notice(Topic::kMachine, "the position is kept again");
     failed_ = false;
   } catch (const Failure& error) {
-    if (!failed_) link_.log.say(std::string("the position is not kept: ") + error.what());
+    if (!failed_) link_.log.warn(Topic::kMachine, std::string("the position is not kept: ") + error.what());
     failed_ = true;
   }
 }

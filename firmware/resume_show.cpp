@@ -22,24 +22,26 @@ void resume_show(const std::string& file, ShowFrames& frames, const ShowFacts& f
   try {
     const ShowPosition position = parse_position(text);
     if (position.show != facts.show) {
-      return link.log.say(
-          fmt::format("{}: is of the show {}; {} begins at its start", file, position.show, facts.show));
+      return link.log.warn(Topic::kShow, fmt::format("{}: is of the show {}; {} begins at its start", file,
+                                                     position.show, facts.show));
     }
     const std::optional<Resumption> place = resume_at(position, facts.cues, instant_now());
     if (!place) {
-      return link.log.say(
-          fmt::format("{}: there is no cue {}; the show begins at its start", file, position.cue_name));
+      return link.log.warn(Topic::kShow, fmt::format("{}: there is no cue {}; the show begins at its start",
+                                                     file, position.cue_name));
     }
     if (!frames.begin_in(place->cue, place->played)) {
-      return link.log.say(fmt::format("{}: the show would be over; it begins at its start", file));
+      return link.log.warn(Topic::kShow,
+                           fmt::format("{}: the show would be over; it begins at its start", file));
     }
     if (position.volume) link.commands.push({.action = PlayerAction::kVolume, .volume = *position.volume});
     if (position.held) link.commands.push({PlayerAction::kPause});
     if (position.dark) link.commands.push({PlayerAction::kBlackout});
-    link.log.say(fmt::format("resumed from cue {}, which began {:.1f} s ago", facts.cues[place->cue],
-                             static_cast<double>(place->played.count()) / 1e9));
+    link.log.notice(Topic::kShow,
+                    fmt::format("resumed from cue {}, which began {:.1f} s ago", facts.cues[place->cue],
+                                static_cast<double>(place->played.count()) / 1e9));
   } catch (const InputError& error) {
-    link.log.say(fmt::format("{}: {}; the show begins at its start", file, error.what()));
+    link.log.warn(Topic::kShow, fmt::format("{}: {}; the show begins at its start", file, error.what()));
   }
 }
 

@@ -39,7 +39,7 @@ void Screenshots::work() {
       blacken(screenshot_.frame.pixels());  // its pages are there before the loop comes to them
     }
   } catch (const std::exception& error) {
-    return log_.say(fmt::format("screenshot: {}", error.what()));
+    return log_.warn(Topic::kControl, fmt::format("screenshot: {}", error.what()));
   }
   lent_ = true;
   handover_.offer(&screenshot_);
@@ -53,9 +53,9 @@ void Screenshots::write() noexcept {
       dim(as_const(screenshot_.frame.pixels()), screenshot_.light, dimmed_.pixels(), alone);
       std::swap(dimmed_, screenshot_.frame);
     }
-    log_.note(fmt::format("screenshot: {}", keep_(screenshot_)));
+    log_.info(Topic::kControl, fmt::format("screenshot: {}", keep_(screenshot_)));
   } catch (const std::exception& error) {
-    log_.say(fmt::format("screenshot: {}", error.what()));
+    log_.warn(Topic::kControl, fmt::format("screenshot: {}", error.what()));
   }
 }
 

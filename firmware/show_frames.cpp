@@ -264,6 +264,10 @@ WarpWork ShowFrames::warp(const MutableImage& frame, int age) noexcept {
   return by.warp->warp_known(faces_.faces, {by.history.take(age), by.even}, frame);
 }
 
+FacePicture ShowFrames::face(std::size_t view) const noexcept {
+  return view < faces_.faces.size() ? FacePicture(faces_.faces[view]) : FacePicture();
+}
+
 std::vector<std::uint64_t> ShowFrames::key() const {
   std::vector<std::uint64_t> key;
   for (const OpenCue& cue : cues_) {

@@ -44,6 +44,7 @@ class ShowFrames final : public FrameMaker {
   bool begin_in(std::size_t cue, std::chrono::nanoseconds played);
   Change advance(const Due& due) noexcept override;
   WarpWork warp(const MutableImage& frame, int age) noexcept override;
+  FacePicture face(std::size_t view) const noexcept override;
   // Texels of the faces fetched so far that no pixel needs.
   std::int64_t texels_unneeded() const { return texels_unneeded_; }
   // Of all cues together.

@@ -101,7 +101,7 @@ void ShowReload::settle_taken() {
 }
 
 void ShowReload::refuse(const std::string& why) {
-  log_.say(fmt::format("reload: {}; the show goes on as it was", why));
+  log_.warn(Topic::kShow, fmt::format("reload: {}; the show goes on as it was", why));
   const std::lock_guard lock(mutex_);
   trouble_ = why;
 }
@@ -110,7 +110,7 @@ void ShowReload::work() noexcept {
   try {
     const bool taken = fresh_ != nullptr;
     settle_taken();
-    if (taken && !fresh_) log_.say("reload: the show was read again");
+    if (taken && !fresh_) log_.notice(Topic::kShow, "reload: the show was read again");
     if (fresh_ || !asked_.exchange(false)) return;  // what is not taken yet rings when it is
     fresh_ = open_ready();
     handover_.offer(fresh_.get());

@@ -83,7 +83,7 @@ bool ShowSound::be_open(nanoseconds now) noexcept {
     last_ = {};
     last_.at = clock_.now();
     restart();
-    if (said_away_) link_.log.say("the sound device is back");
+    if (said_away_) link_.log.notice(Topic::kSound, "the sound device is back");
     said_away_ = false;
     report_.trouble = {};
     return true;
@@ -110,7 +110,7 @@ void ShowSound::lose(nanoseconds now) noexcept {
   said_away_ = true;
   std::array<char, EventLog::kLongest> words{};
   std::snprintf(words.data(), words.size(), "the sound device is away: %s", report_.trouble.data());
-  link_.log.say(words.data());
+  link_.log.warn(Topic::kSound, words.data());
 }
 
 // The stream goes on after silence.
@@ -309,11 +309,12 @@ void ShowSound::note_end() noexcept {
   end_said_[*cue_] = true;
   const std::string trouble = sound.ahead->trouble();
   if (!trouble.empty()) {
-    link_.log.say(fmt::format("cue {}: {}; it is silent from there on", sound.cue, trouble));
+    link_.log.warn(Topic::kSound, fmt::format("cue {}: {}; it is silent from there on", sound.cue, trouble));
   } else if (sound.length && *ended < *sound.length - mode_.rate / 10) {
-    link_.log.say(fmt::format("cue {}: {}: ends after {:.1f} of {:.1f} s; the rest is silent", sound.cue,
-                              sound.ahead->name(), static_cast<double>(*ended) / mode_.rate,
-                              static_cast<double>(*sound.length) / mode_.rate));
+    link_.log.warn(Topic::kSound,
+                   fmt::format("cue {}: {}: ends after {:.1f} of {:.1f} s; the rest is silent", sound.cue,
+                               sound.ahead->name(), static_cast<double>(*ended) / mode_.rate,
+                               static_cast<double>(*sound.length) / mode_.rate));
   }
 }
 

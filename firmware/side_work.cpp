@@ -17,7 +17,8 @@ SideWork::SideWork(std::function<void()> work, bool lowest) : work_(std::move(wo
   });
 }
 
-SideWork::~SideWork() {
+void SideWork::finish() {
+  if (!thread_.joinable()) return;
   stopping_ = true;
   ring();
   thread_.join();

@@ -14,12 +14,14 @@ class SideWork {
   // `work` is called once or more after each ring, and must not throw. `lowest`: of the lowest priority, and
   // so are the threads that it begins.
   explicit SideWork(std::function<void()> work, bool lowest = true);
-  ~SideWork();  // when the work in hand is done
+  ~SideWork() { finish(); }
   SideWork(const SideWork&) = delete;
   SideWork& operator=(const SideWork&) = delete;
 
   // Any thread; neither waits nor allocates.
   void ring() noexcept;
+  // Returns when the work in hand is done; no more is begun.
+  void finish();
   bool stopping() const noexcept { return stopping_.load(std::memory_order_relaxed); }
 
  private:

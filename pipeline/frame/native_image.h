@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pipeline/frame/image.h"
+#include "pipeline/frame/yuv_colour.h"
 
 namespace cupola {
 
@@ -21,18 +22,6 @@ enum class NativeLayout : std::uint8_t {
   kRgb24,   // one plane, bytes R G B; no chroma apart
   kBgr24,   // bytes B G R
   kXrgb32,  // bytes B G R and one that means nothing: little-endian words 0x--RRGGBB
-};
-
-enum class YuvMatrix : std::uint8_t { kBt601, kBt709 };
-enum class YuvRange : std::uint8_t {
-  kLimited,  // Y 16 to 235, U and V 16 to 240
-  kFull,     // all 0 to 255
-};
-
-// What the numbers of YUV mean.
-struct YuvColour {
-  YuvMatrix matrix = YuvMatrix::kBt601;
-  YuvRange range = YuvRange::kLimited;
 };
 
 constexpr bool is_rgb(NativeLayout layout) {

@@ -9,18 +9,12 @@
 
 #include "pipeline/frame/image.h"
 #include "pipeline/frame/row_range.h"
+#include "pipeline/frame/yuv_colour.h"
 
 namespace cupola {
 
 // Where a chroma sample lies between the luma samples it is for.
 enum class Siting : std::uint8_t { kBetween, kOnFirst };
-
-// What red and blue weigh in luma.
-struct LumaWeights {
-  double red = 0.2126;  // BT.709
-  double blue = 0.0722;
-  friend bool operator==(const LumaWeights&, const LumaWeights&) = default;
-};
 
 struct PlanarVideo {
   Size size;

@@ -52,6 +52,7 @@ class LiveFaces {
   // In the order of the views, of the whole pictures' sizes, with no more than the needed texels in memory.
   // Borrowed until the next gather().
   std::span<const NativeImage> faces() const { return faces_; }
+  const TexelBox& needed(std::size_t view) const { return views_[view].needed; }
   // Bit v: the last choose() gave view v another picture than it had.
   unsigned changed() const { return changed_; }
   const RigSync& sync() const { return sync_; }

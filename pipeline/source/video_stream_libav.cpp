@@ -195,7 +195,7 @@ PlanarVideo VideoStream::kind_of_frame(const AVPixFmtDescriptor& format) const {
   kind.siting_x = centre || place == AVCHROMA_LOC_TOP ? Siting::kBetween : Siting::kOnFirst;
   kind.siting_y =
       place == AVCHROMA_LOC_TOPLEFT || place == AVCHROMA_LOC_TOP ? Siting::kOnFirst : Siting::kBetween;
-  constexpr LumaWeights kBt601{0.299, 0.114};
+  constexpr LumaWeights kBt601 = weights_of(YuvMatrix::kBt601);
   constexpr LumaWeights kBt2020{0.2627, 0.0593};
   switch (number_of(frame_->colorspace)) {
     case AVCOL_SPC_BT470BG:

@@ -40,18 +40,6 @@ double apart(const ViewColour& a, const ViewColour& b, std::size_t channel) {
   return most;
 }
 
-std::array<double, 3> rgb_of(YuvColour colour, double y, double u, double v) {
-  const bool hd = colour.matrix == YuvMatrix::kBt709;
-  const double red = hd ? 0.2126 : 0.299;
-  const double blue = hd ? 0.0722 : 0.114;
-  const double green = 1.0 - red - blue;
-  const bool limited = colour.range == YuvRange::kLimited;
-  y = limited ? (y - 16.0) * 255.0 / 219.0 : y;
-  u = (u - 128.0) * (limited ? 255.0 / 224.0 : 1.0) * 2.0 * (1.0 - blue);
-  v = (v - 128.0) * (limited ? 255.0 / 224.0 : 1.0) * 2.0 * (1.0 - red);
-  return {y + v, y - (u * blue + v * red) / green, y + u};
-}
-
 double median(std::array<double, ColourMatch::kMostSamples>& values, std::size_t count) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(count / 2);
   std::nth_element(values.begin(), middle, values.begin() + static_cast<std::ptrdiff_t>(count));

@@ -51,9 +51,7 @@ void convert(const Luma* luma, const Chroma* chroma, int count, const YuvToRgb& 
 
 YuvToRgb yuv_to_rgb(YuvColour colour, const ViewColour& view) {
   // Shares of red and blue in luma; the rest is green.
-  const bool hd = colour.matrix == YuvMatrix::kBt709;
-  const double red = hd ? 0.2126 : 0.299;
-  const double blue = hd ? 0.0722 : 0.114;
+  const auto [red, blue] = weights_of(colour.matrix);
   const double green = 1.0 - red - blue;
   const bool limited = colour.range == YuvRange::kLimited;
   const double wide = limited ? 255.0 / 224.0 : 1.0;

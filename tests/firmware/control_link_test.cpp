@@ -3,8 +3,16 @@
 #include "firmware/control_link.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <sstream>
 #include <thread>
+
+#include "firmware/log_writer.h"
 
 namespace cupola {
 namespace {
@@ -41,13 +49,20 @@ TEST(Snapshot, HasTheLastValueWhenNobodyReadMeanwhile) {
 TEST(EventLog, KeepsTheLastLinesInOrder) {
   EventLog log;
   EXPECT_TRUE(log.lines().empty());
-  log.note("one");
-  log.note("two");
-  ASSERT_EQ(log.lines().size(), 2U);
-  EXPECT_EQ(log.lines()[0].text, "one");
-  EXPECT_EQ(log.lines()[0].number, 1);
-  for (std::size_t i = 0; i < EventLog::kLines; ++i) log.note(std::to_string(i));
-  const std::vector<EventLog::Line> lines = log.lines();
+  log.info(Topic::kShow, "one");
+  log.warn(Topic::kSound, "two");
+  std::vector<EventLog::Line> lines = log.lines();
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_EQ(lines[0].text, "one");
+  EXPECT_EQ(lines[0].number, 1);
+  EXPECT_EQ(lines[1].severity, Severity::kWarning);
+  EXPECT_EQ(lines[1].topic, Topic::kSound);
+  EXPECT_EQ(log.lines(1).size(), 1U);
+  for (std::size_t i = 0; i < EventLog::kLines; ++i) {
+    log.info(Topic::kShow, std::to_string(i));
+    log.lines();
+  }
+  lines = log.lines();
   ASSERT_EQ(lines.size(), EventLog::kLines);
   EXPECT_EQ(lines.front().text, "0");
   EXPECT_EQ(lines.back().text, std::to_string(EventLog::kLines - 1));
@@ -56,34 +71,113 @@ TEST(EventLog, KeepsTheLastLinesInOrder) {
 
 TEST(EventLog, CutsLongLines) {
   EventLog log;
-  log.note(std::string(1000, 'x'));
+  log.info(Topic::kShow, std::string(1000, 'x'));
   EXPECT_EQ(log.lines()[0].text, std::string(EventLog::kLongest, 'x'));
 }
 
-TEST(EventLog, SaysTroubleOnStandardError) {
+TEST(EventLog, CountsWhatCameTooFast) {
   EventLog log;
-  testing::internal::CaptureStderr();
-  log.say("the projector is on fire");
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "cupola: the projector is on fire\n");
-  EXPECT_EQ(log.lines()[0].text, "the projector is on fire");
+  for (int i = 0; i < 100; ++i) log.info(Topic::kShow, std::to_string(i));
+  const std::vector<EventLog::Line> lines = log.lines();
+  ASSERT_EQ(lines.size(), 65U);
+  EXPECT_EQ(lines[63].text, "63");
+  EXPECT_EQ(lines[64].text, "36 lines of the log came too fast to be kept");
+  EXPECT_EQ(lines[64].severity, Severity::kWarning);
 }
 
 TEST(EventLog, TakesLinesFromManyThreads) {
   EventLog log;
   std::thread other([&] {
-    for (int i = 0; i < 2000; ++i) log.note("aaaaaaaaaaaaaaaa");
+    for (int i = 0; i < 2000; ++i) log.info(Topic::kShow, "aaaaaaaaaaaaaaaa");
   });
   for (int i = 0; i < 2000; ++i) {
-    log.note("bbbbbbbbbbbb");
+    log.info(Topic::kShow, "bbbbbbbbbbbb");
     if (i % 100 != 0) continue;
     std::int64_t before = 0;
     for (const EventLog::Line& line : log.lines()) {
-      EXPECT_TRUE(line.text == "aaaaaaaaaaaaaaaa" || line.text == "bbbbbbbbbbbb") << line.text;
+      EXPECT_TRUE(line.text == "aaaaaaaaaaaaaaaa" || line.text == "bbbbbbbbbbbb" ||
+                  line.text.ends_with("too fast to be kept"))
+          << line.text;
       EXPECT_GT(line.number, before);
       before = line.number;
     }
   }
   other.join();
+}
+
+// A file in memory that is read when it is closed.
+struct Written {
+  char* text = nullptr;
+  std::size_t length = 0;
+  std::FILE* file = open_memstream(&text, &length);
+  std::string close() {
+    std::fclose(file);
+    std::string all(text, length);
+    std::free(text);
+    return all;
+  }
+};
+
+TEST(LogWriter, SaysWhatAnOperatorShouldKnow) {
+  Written written;
+  {
+    EventLog log;
+    const LogWriter writer(log, LogForm::kText, written.file);
+    log.info(Topic::kShow, "cue 2");
+    log.notice(Topic::kDisplay, "the display is back");
+    log.warn(Topic::kDisplay, "the projector is on fire");
+  }
+  EXPECT_EQ(written.close(), "cupola: the display is back\ncupola: the projector is on fire\n");
+}
+
+TEST(LogWriter, WritesAllAsJsonForMachines) {
+  Written written;
+  {
+    EventLog log;
+    const LogWriter writer(log, LogForm::kJson, written.file);
+    log.info(Topic::kShow, "cue 2: \"stars\"\n\xff");
+    log.warn(Topic::kSound, "away");
+  }
+  std::istringstream lines(written.close());
+  std::string line;
+  ASSERT_TRUE(std::getline(lines, line));
+  const auto first = nlohmann::json::parse(line);
+  EXPECT_EQ(first["number"], 1);
+  EXPECT_EQ(first["severity"], "info");
+  EXPECT_EQ(first["topic"], "show");
+  EXPECT_EQ(first["text"], "cue 2: \"stars\"\n\uFFFD");
+  ASSERT_TRUE(std::getline(lines, line));
+  EXPECT_EQ(nlohmann::json::parse(line)["severity"], "warning");
+  EXPECT_FALSE(std::getline(lines, line));
+}
+
+TEST(LogWriter, HoldsUpNobodyWhenNobodyReadsTheStream) {
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  std::FILE* const file = fdopen(ends[1], "w");
+  std::jthread reader;
+  {
+    EventLog log;
+    const LogWriter writer(log, LogForm::kText, file);
+    const std::string text(EventLog::kLongest, 'x');
+    for (int i = 0; i < 1000; ++i) {  // a pipe holds 64 KiB
+      log.warn(Topic::kShow, text);
+      ASSERT_FALSE(log.lines().empty()) << "others read meanwhile";
+    }
+    reader = std::jthread([&] {
+      std::array<char, 65536> taken;  // NOLINT(cppcoreguidelines-pro-type-member-init)
+      while (read(ends[0], taken.data(), taken.size()) > 0) {
+      }
+    });
+  }
+  std::fclose(file);
+  reader.join();
+  close(ends[0]);
+}
+
+TEST(UtcText, HasThousandths) {
+  EXPECT_EQ(utc_text(WallTime(std::chrono::milliseconds(1769903999123))), "2026-01-31T23:59:59.123Z");
+  EXPECT_EQ(utc_text(WallTime(std::chrono::seconds(0))), "1970-01-01T00:00:00.000Z");
 }
 
 }  // namespace

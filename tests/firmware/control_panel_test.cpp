@@ -14,6 +14,7 @@
 #include "hal/display/fake_display.h"
 #include "hal/gpio/fake_gpio.h"
 #include "pipeline/frame/image.h"
+#include "tests/firmware/said.h"
 
 namespace cupola {
 namespace {
@@ -99,7 +100,7 @@ class ControlPanelTest : public testing::Test {
   // Plays with a panel; `twin_` has played the same without one.
   LoopEnd play(std::optional<nanoseconds> time = {}) {
     frames_ = std::make_unique<ShowFrames>(show_, Method::kEwa, Cpu::kScalar, pool_);
-    panel_ = std::make_unique<ControlPanel>(kSettings, gpio_, clock_);
+    panel_ = std::make_unique<ControlPanel>(kSettings, gpio_, clock_, log_);
     loop_ = std::make_unique<FrameLoop>(*frames_, screen_, clock_, pool_, panel_.get());
     return loop_->run(time);
   }
@@ -124,6 +125,7 @@ class ControlPanelTest : public testing::Test {
   FakeGpio gpio_{clock_,
                  {{"panel", {"play", "next", "dark", "go", "back", "lamp", "shutter", "trigger", "tally"}}}};
   Screen screen_{clock_};
+  EventLog log_;
   Show show_;
   std::unique_ptr<ShowFrames> frames_;
   std::unique_ptr<ControlPanel> panel_;
@@ -291,12 +293,11 @@ TEST_F(ControlPanelTest, ALostPanelStopsNothingAndComesBack) {
   gpio_.unplug("panel", 303ms);  // in the dark: which stays, as that was the last wish
   gpio_.plug("panel", 603ms);
   gpio_.pull("dark", false, 803ms);
-  testing::internal::CaptureStderr();
   EXPECT_EQ(play(), LoopEnd::kOver);
-  const std::string said = testing::internal::GetCapturedStderr();
-  EXPECT_NE(said.find(": the chip is gone ("), std::string::npos) << said;
-  EXPECT_NE(said.find("cupola: gpio: the lines are back"), std::string::npos) << said;
-  EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 2) << said;
+  const std::string all = said(log_);
+  EXPECT_NE(all.find(": the chip is gone ("), std::string::npos) << all;
+  EXPECT_NE(all.find("cupola: gpio: the lines are back"), std::string::npos) << all;
+  EXPECT_EQ(std::count(all.begin(), all.end(), '\n'), 2) << all;
   for (const Screen::Flip& flip : screen_.flips()) {
     ASSERT_EQ(flip.black, flip.at >= 220ms && flip.at < 820ms) << flip.at.count();
   }
@@ -309,10 +310,8 @@ TEST_F(ControlPanelTest, ALostPanelStopsNothingAndComesBack) {
 
 TEST_F(ControlPanelTest, PlaysWithoutAPanelThatIsNotThere) {
   gpio_.take("lamp", true);
-  testing::internal::CaptureStderr();
   EXPECT_EQ(play(), LoopEnd::kOver);
-  EXPECT_EQ(testing::internal::GetCapturedStderr(),
-            "cupola: gpio: lamp: taken by somebody else (request: Device or resource busy)\n");
+  EXPECT_EQ(said(log_), "cupola: gpio: lamp: taken by somebody else (request: Device or resource busy)\n");
   EXPECT_EQ(loop_->counts().frames_presented, 300);
 }
 

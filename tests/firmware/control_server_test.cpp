@@ -3,6 +3,7 @@
 #include "firmware/control_server.h"
 
 #include <arpa/inet.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <httplib.h>
 #include <sys/socket.h>
@@ -47,6 +48,7 @@ class PlayingShow {
  public:
   explicit PlayingShow(const std::string& token = "", const std::string& address = "127.0.0.1:0") {
     link_.preview = &preview_;
+    link_.faces = &faces_;
     server_ =
         start_control_server(parse_control_address(address), token, facts_of(show_, "fake"), link_, clock_);
     thread_ = std::thread([this] { end_ = loop_.run(60s); });
@@ -104,6 +106,7 @@ class PlayingShow {
   mutable MonotonicClock clock_;
   WorkerPool pool_{1};
   Preview preview_{{64, 48}};
+  FacePreviews faces_;
   ControlLink link_;
   ShowFrames frames_{show_, Method::kEwa, Cpu::kScalar, pool_};
   Screen display_{clock_};
@@ -203,7 +206,8 @@ TEST(ControlServer, AnswersOnlyThisMachineWithoutAToken) {
 TEST(ControlServer, WantsItsTokenWhereItHasOne) {
   PlayingShow show(kToken, "0.0.0.0:0");
   httplib::Client client = show.client();
-  for (const char* path : {"/api/status", "/api/cues", "/api/log", "/metrics", "/preview.jpg"}) {
+  for (const char* path :
+       {"/api/status", "/api/cues", "/api/log", "/metrics", "/preview.jpg", "/faces/2.jpg"}) {
     EXPECT_EQ(client.Get(path)->status, 401) << path;
     EXPECT_EQ(client.Get(path, {{"Authorization", "Bearer " + kToken.substr(1)}})->status, 401) << path;
     EXPECT_EQ(client.Get(path, {{"Authorization", kToken}})->status, 401) << path;
@@ -231,16 +235,38 @@ TEST(ControlServer, DoesNotShareItsPort) {
   EXPECT_THROW(start_control_server({"127.0.0.1", show.port(), true}, "", {}, link, clock), Failure);
 }
 
-TEST(ControlServer, ShowsAPreviewThatIsAJpeg) {
-  PlayingShow show;
-  httplib::Result result = show.client().Get("/preview.jpg");
-  for (int again = 0; again < 20 && result->status == 503; ++again)  // a busy machine's loop took too long
-    result = show.client().Get("/preview.jpg");
-  ASSERT_EQ(result->status, 200);
+// Asks again where a busy machine's loop took too long.
+ImageBuffer get_picture(const PlayingShow& show, const std::string& path) {
+  httplib::Result result = show.client().Get(path);
+  for (int again = 0; again < 20 && result->status == 503; ++again) result = show.client().Get(path);
+  EXPECT_EQ(result->status, 200) << path;
   EXPECT_EQ(result->get_header_value("Content-Type"), "image/jpeg");
   TemporaryFolder folder;
-  write_text(folder / "preview.jpg", result->body);
-  EXPECT_EQ(read_still(folder / "preview.jpg").size(), (Size{64, 48}));
+  write_text(folder / "picture.jpg", result->body);
+  return read_still(folder / "picture.jpg");
+}
+
+TEST(ControlServer, ShowsThePictureAndTheFaces) {
+  PlayingShow show;
+  EXPECT_EQ(get_picture(show, "/preview.jpg").size(), (Size{64, 48}));
+  const json views = show.status()["views"];
+  EXPECT_EQ(views, (json{"front", "left", "right", "top"}));
+  for (std::size_t view = 1; view <= views.size(); ++view) {
+    EXPECT_EQ(get_picture(show, fmt::format("/faces/{}.jpg", view)).size(), (Size{32, 32}));
+  }
+  for (const char* none : {"/faces/5.jpg", "/faces/0.jpg", "/faces/10.jpg", "/faces/front.jpg"}) {
+    EXPECT_EQ(show.client().Get(none)->status, 404) << none;
+  }
+}
+
+TEST(ControlServer, FinishedFramesHaveNoViews) {
+  ShowFacts facts;
+  facts.views = {"front", "left"};
+  facts.finished = {false, true};
+  PlayerStatus status;
+  EXPECT_EQ(views_of(facts, status).size(), 2u);
+  status.show.cue = 1;
+  EXPECT_TRUE(views_of(facts, status).empty());
 }
 
 TEST(ControlServer, HasMetricsForPrometheus) {
@@ -294,15 +320,15 @@ TEST(ControlServer, TheLoopAllocatesNothingHoweverManyAsk) {
   std::atomic<bool> stop{false};
   std::atomic<int> answers{0};
   const auto ask = [&](int turn) {
-    const char* paths[] = {"/api/status", "/preview.jpg", "/metrics", "/api/log", "/nothing"};
-    show.client().Get(paths[turn % 5]);
+    const char* paths[] = {"/api/status", "/preview.jpg", "/faces/1.jpg", "/metrics", "/api/log", "/nothing"};
+    show.client().Get(paths[turn % 6]);
     const char* bodies[] = {R"({"command": "blackout"})", R"({"command": "seek", "argument": 3})", "{"};
     show.command(bodies[turn % 3]);
     ++answers;
   };
   // Once alone: the library builds statics of its own on the way, under a guard that the thread sanitizer
   // does not see in code that was not compiled for it.
-  for (int turn = 0; turn < 5; ++turn) ask(turn);
+  for (int turn = 0; turn < 6; ++turn) ask(turn);
   std::vector<std::thread> askers;
   for (int i = 0; i < 3; ++i) {
     askers.emplace_back([&, i] {

@@ -8,6 +8,7 @@
 
 #include "firmware/show_frames.h"
 #include "hal/display/fake_display.h"
+#include "tests/firmware/said.h"
 #include "tests/frame/picture_files.h"
 
 namespace cupola {
@@ -145,10 +146,10 @@ TEST_F(FrameLoopTest, GoesOnWithoutItsDisplayUntilThatIsBack) {
   fake.set_absences({{500ms, 1s}, {1500ms, 1530ms}});
   ShowFrames whole(small_demo(), Method::kEwa, Cpu::kScalar, pool_);
   CheckingDisplay display(fake, whole);
-  FrameLoop loop(*frames_, display, clock_, pool_);
-  testing::internal::CaptureStderr();
+  ControlLink link;
+  FrameLoop loop(*frames_, display, clock_, pool_, nullptr, &link);
   EXPECT_EQ(loop.run({}), LoopEnd::kOver);
-  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+  EXPECT_EQ(said(link.log),
             "cupola: the display is away: unplugged on demand\ncupola: the display is back\n"
             "cupola: the display is away: unplugged on demand\ncupola: the display is back\n");
   EXPECT_EQ(loop.counts().display_losses, 2);

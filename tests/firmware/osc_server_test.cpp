@@ -31,8 +31,10 @@ class OscServerTest : public testing::Test {
   }
 
   void start(const std::string& token = "", const std::string& address = "127.0.0.1:0") {
-    server_ = start_osc_server(parse_control_address(address), token,
-                               {"film", {"opening", "dome"}, false, {}, "fake"}, link_, clock_);
+    ShowFacts facts;
+    facts.show = "film";
+    facts.cues = {"opening", "dome"};
+    server_ = start_osc_server(parse_control_address(address), token, facts, link_, clock_);
     to_ = lo_address_new("127.0.0.1", std::to_string(server_->address().port).c_str());
   }
   // The next command, within five seconds.
@@ -48,12 +50,12 @@ class OscServerTest : public testing::Test {
     while (!is(link_.osc.read()) && clock_.now() < until) std::this_thread::sleep_for(1ms);
     return link_.osc.read();
   }
-  std::string log() const {
+  std::string log() {
     std::string text;
     for (const EventLog::Line& line : link_.log.lines()) text += line.text + "\n";
     return text;
   }
-  int lines() const { return static_cast<int>(link_.log.lines().size()); }
+  int lines() { return static_cast<int>(link_.log.lines().size()); }
 
   mutable MonotonicClock clock_;
   ControlLink link_;

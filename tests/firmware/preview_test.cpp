@@ -4,9 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cstring>
 #include <vector>
 
+#include "firmware/face_previews.h"
 #include "firmware/frame_loop.h"
 #include "firmware/show_frames.h"
 #include "hal/display/fake_display.h"
@@ -69,6 +72,141 @@ TEST(Preview, OfASmallFrameIsTheFrame) {
                 frame.pixels().samples<std::uint32_t>(0, y)[x]);
     }
   }
+}
+
+// All parts of one picture.
+ImageBuffer preview_of(const FacePicture& picture, Size size) {
+  Preview preview(size);
+  ImageBuffer seen;
+  preview.newest(seen);
+  for (int i = 0; i < Preview::kParts; ++i) {
+    preview.wants(0ms);
+    preview.copy(picture, 0ms);
+  }
+  EXPECT_EQ(preview.newest(seen), 1);
+  return seen;
+}
+
+TEST(Preview, OfAnyFormatIsTheSamePicture) {
+  const Size size{20, 12};
+  const ImageBuffer frame = numbered_frame(size);
+  const ImageBuffer expected = preview_of(frame.pixels(), size);
+  for (const PixelFormat format :
+       {PixelFormat::kRgbPlanar8, PixelFormat::kRgbPlanar16, PixelFormat::kRgb8, PixelFormat::kRgb16}) {
+    ImageBuffer same(format, size);
+    convert(frame.pixels(), same.pixels());
+    const ImageBuffer seen = preview_of(as_const(same.pixels()), size);
+    for (int y = 0; y < size.height; ++y) {
+      ASSERT_EQ(std::memcmp(seen.pixels().planes[0].row(y), expected.pixels().planes[0].row(y), 4 * 20), 0)
+          << static_cast<int>(format) << ", row " << y;
+    }
+  }
+}
+
+// A grey ramp with a red or blue cast, and of it only a part in memory.
+TEST(Preview, OfACamerasPictureIsThePartThatIsThere) {
+  const Size size{16, 8};
+  for (const NativeLayout layout :
+       {NativeLayout::kNv12, NativeLayout::kI420, NativeLayout::kI422, NativeLayout::kYuyv,
+        NativeLayout::kUyvy, NativeLayout::kRgb24, NativeLayout::kBgr24, NativeLayout::kXrgb32}) {
+    const YuvColour colour{YuvMatrix::kBt709, YuvRange::kFull};
+    NativeBuffer buffer(layout, colour, size);
+    for (int y = 0; y < size.height; ++y) {
+      for (int x = 0; x < size.width; ++x) {
+        *sample_at(buffer.pixels(), 0, x, y) = static_cast<std::uint8_t>(40 + 10 * x);
+        if (is_rgb(layout)) {
+          *sample_at(buffer.pixels(), 1, x, y) = 128;
+          *sample_at(buffer.pixels(), 2, x, y) = static_cast<std::uint8_t>(10 * y);
+        }
+      }
+    }
+    const Size chroma = chroma_size(layout, size);
+    for (int y = 0; y < chroma.height; ++y) {
+      for (int x = 0; x < chroma.width; ++x) {
+        *sample_at(buffer.pixels(), 1, x, y) = static_cast<std::uint8_t>(100 + 4 * y);
+        *sample_at(buffer.pixels(), 2, x, y) = static_cast<std::uint8_t>(120 + 4 * x);
+      }
+    }
+    const TexelBox there{2, 2, 10, 6};
+    const ImageBuffer seen = preview_of(NativePart{as_const(buffer.pixels()), there}, size);
+    for (int y = 0; y < size.height; ++y) {
+      for (int x = 0; x < size.width; ++x) {
+        std::array<double, 3> rgb{};
+        if (x >= there.x0 && x < there.x1 && y >= there.y0 && y < there.y1) {
+          const double first = 40.0 + 10.0 * x;
+          const double row = y / (has_chroma_in_every_row(layout) ? 1 : 2);
+          const double u = 100.0 + 4.0 * row - 128.0;
+          const double v = 120.0 + 4.0 * (x / 2) - 128.0;  // NOLINT(bugprone-integer-division)
+          // BT.709 in full range, as its recommendation has it.
+          rgb = is_rgb(layout)
+                    ? std::array{first, 128.0, 10.0 * y}
+                    : std::array{first + 1.5748 * v, first - 0.1873 * u - 0.4681 * v, first + 1.8556 * u};
+        }
+        const std::uint32_t word = seen.pixels().samples<std::uint32_t>(0, y)[x];
+        for (std::size_t c = 0; c < 3; ++c) {
+          ASSERT_NEAR(word >> (16 - 8 * c) & 0xff, std::clamp(rgb[c], 0.0, 255.0), 0.52)
+              << static_cast<int>(layout) << " at " << x << ", " << y;
+        }
+      }
+    }
+  }
+}
+
+TEST(Preview, BeginsAgainWhereThePictureHasAnotherSize) {
+  Preview preview({100, 100}, 100);
+  const ImageBuffer wide = numbered_frame({40, 20});
+  const ImageBuffer tall = numbered_frame({200, 400});
+  ImageBuffer seen;
+  preview.newest(seen);
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_TRUE(preview.wants(0ms));
+    preview.copy(wide.pixels(), 0ms);
+  }
+  for (int i = 0; i < Preview::kParts; ++i) {
+    EXPECT_TRUE(preview.wants(0ms));
+    preview.copy(tall.pixels(), 0ms);
+  }
+  EXPECT_FALSE(preview.wants(0ms));
+  ASSERT_EQ(preview.newest(seen), 1);
+  EXPECT_EQ(seen.size(), (Size{50, 100}));
+  EXPECT_EQ(seen.pixels().samples<std::uint32_t>(0, 0)[0], tall.pixels().samples<std::uint32_t>(0, 2)[2]);
+}
+
+class NumberedFaces final : public FrameMaker {
+ public:
+  Change advance(const Due& /*due*/) noexcept override { return Change::kNew; }
+  WarpWork warp(const MutableImage& /*frame*/, int /*age*/) noexcept override { return {}; }
+  void shown(std::chrono::nanoseconds /*flipped_at*/) noexcept override {}
+  double rate() const override { return 60.0; }
+  void report(ShowReport& /*report*/) const noexcept override {}
+  FacePicture face(std::size_t view) const noexcept override {
+    asked.push_back(view);
+    return view < 3 ? FacePicture(frame_.pixels()) : FacePicture();
+  }
+  mutable std::vector<std::size_t> asked;
+
+ private:
+  ImageBuffer frame_ = numbered_frame({400, 200});
+};
+
+TEST(FacePreviews, TakeTurnsAndCostNothingUnasked) {
+  FacePreviews faces;
+  NumberedFaces show;
+  EXPECT_EQ(faces.copy(show, 0ms), 0);
+  EXPECT_TRUE(show.asked.empty());
+  ImageBuffer seen;
+  faces.of(0).newest(seen);
+  faces.of(2).newest(seen);
+  std::int64_t most = 0;
+  for (int frame = 0; frame < 2 * Preview::kParts; ++frame) most = std::max(most, faces.copy(show, 0ms));
+  EXPECT_LE(most, 4 * 200 * (100 / Preview::kParts + 1)) << "of one face a frame";
+  EXPECT_EQ(show.asked.size(), 2u * Preview::kParts);
+  EXPECT_EQ(show.asked[0], 0u);
+  EXPECT_EQ(show.asked[1], 2u);
+  EXPECT_EQ(faces.of(0).newest(seen), 1);
+  EXPECT_EQ(faces.of(2).newest(seen), 1);
+  EXPECT_EQ(seen.size(), (Size{200, 100}));
+  EXPECT_EQ(faces.of(1).newest(seen), 0);
 }
 
 class PreviewedShow : public testing::Test {

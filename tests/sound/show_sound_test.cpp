@@ -11,6 +11,7 @@
 #include "firmware/show_frames.h"
 #include "hal/display/fake_display.h"
 #include "hal/sound/fake_sound.h"
+#include "tests/firmware/said.h"
 #include "tests/hal/sanitized.h"
 #include "tests/sound/fake_track.h"
 
@@ -301,9 +302,8 @@ TEST(ShowSoundTest, ALostDeviceNeverStopsThePictureIsSaidOnceAndComesBack) {
         EXPECT_EQ(stage.link.pace_ppb, 0);
       }
     };
-    testing::internal::CaptureStderr();
     stage.run(12s);
-    EXPECT_EQ(testing::internal::GetCapturedStderr(),
+    EXPECT_EQ(said(stage.link.log),
               "cupola: the sound device is away: unplugged on demand\ncupola: the sound device is back\n");
     EXPECT_LT(worst, 1.0);
     EXPECT_EQ(stage.sound->report().losses, 1);
@@ -314,9 +314,8 @@ TEST(ShowSoundTest, ALostDeviceNeverStopsThePictureIsSaidOnceAndComesBack) {
 
 TEST(ShowSoundTest, ADeviceThatIsNotThereAtFirstIsTakenWhenItComes) {
   Stage stage(cue("long"), {}, {.absences = {{0s, 3s}}});
-  testing::internal::CaptureStderr();
   stage.run(6s);
-  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+  EXPECT_EQ(said(stage.link.log),
             "cupola: the sound device is away: unplugged on demand\ncupola: the sound device is back\n");
   EXPECT_LT(std::abs(stage.off_ms()), 1.0);
 }
@@ -334,9 +333,8 @@ TEST(ShowSoundTest, ShortWritesLoseNothing) {
 
 TEST(ShowSoundTest, ASoundThatIsBrokenIsNamedOnceAndTheShowGoesOn) {
   Stage stage(cue("long"), {}, {}, 100 * kRate, false, 3 * kRate);
-  testing::internal::CaptureStderr();
   stage.run(6s);
-  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+  EXPECT_EQ(said(stage.link.log),
             "cupola: cue long: fake.wav: is broken there; it is silent from there on\n");
   EXPECT_TRUE(stage.silent());
   EXPECT_EQ(stage.loop.counts().frames_presented, 360);
