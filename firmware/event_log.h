@@ -6,7 +6,6 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -56,29 +55,31 @@ class EventLog {
   void notice(Topic topic, std::string_view text) noexcept { add(Severity::kNotice, topic, text); }
   void warn(Topic topic, std::string_view text) noexcept { add(Severity::kWarning, topic, text); }
 
-  // Not the loop's. The lines kept that come after number `after`, oldest first.
-  std::vector<Line> lines(std::int64_t after = 0);
+  // Not the loop's. The lines kept that come after number `after` and are at least so severe, oldest first.
+  // Allocates only where there are some.
+  std::vector<Line> lines(std::int64_t after = 0, Severity least = Severity::kInfo);
   // Is rung after each line; null: nobody. Borrowed.
   void ring(SideWork* reader) noexcept { reader_.store(reader); }
 
  private:
   static constexpr std::size_t kComing = 64;
-  struct Coming {
+  struct Kept {
     WallTime at;
     Severity severity = Severity::kInfo;
     Topic topic = Topic::kShow;
     std::size_t length = 0;
     std::array<char, kLongest> text{};
   };
+  static Kept made(Severity severity, Topic topic, std::string_view text) noexcept;
   void add(Severity severity, Topic topic, std::string_view text) noexcept;
-  void keep(Line line);
+  void take_coming() noexcept;
 
-  BoundedQueue<Coming, kComing> coming_;
+  BoundedQueue<Kept, kComing> coming_;
   std::atomic<std::int64_t> left_out_{0};
   std::atomic<SideWork*> reader_{nullptr};
   std::mutex mutex_;  // of those who read; the rest is theirs
   std::int64_t count_ = 0;
-  std::deque<Line> kept_;
+  std::array<Kept, kLines> kept_;  // a ring: line n is in n % kLines
 };
 
 }  // namespace cupola

@@ -9,8 +9,7 @@
 namespace cupola {
 
 std::string written_as(LogForm form, const EventLog::Line& line) {
-  if (form == LogForm::kText)
-    return line.severity == Severity::kInfo ? "" : fmt::format("cupola: {}\n", line.text);
+  if (form == LogForm::kText) return fmt::format("cupola: {}\n", line.text);
   const nlohmann::ordered_json json = {{"time", utc_text(line.at)},
                                        {"number", line.number},
                                        {"severity", name_of(line.severity)},
@@ -32,10 +31,9 @@ LogWriter::~LogWriter() {
 }
 
 void LogWriter::write() {
-  for (const EventLog::Line& line : log_.lines(written_)) {
+  for (const EventLog::Line& line : log_.lines(written_, least_of(form_))) {
     written_ = line.number;
-    const std::string text = written_as(form_, line);
-    if (!text.empty()) std::fputs(text.c_str(), to_);
+    std::fputs(written_as(form_, line).c_str(), to_);
   }
   std::fflush(to_);
 }

@@ -16,10 +16,15 @@ enum class LogForm : std::uint8_t {
   kJson,  // an object a line: time (UTC), number, severity, topic, text
 };
 
-// With its line end; empty where the form leaves the line out.
+// The least severe lines that the form has.
+constexpr Severity least_of(LogForm form) {
+  return form == LogForm::kText ? Severity::kNotice : Severity::kInfo;
+}
+
+// With its line end.
 std::string written_as(LogForm form, const EventLog::Line& line);
 
-// On a thread of its own: whoever reads the stream slowly holds up nobody else.
+// On a thread of its own: whoever reads the stream slowly holds up nobody else. Allocates for what it writes.
 class LogWriter {
  public:
   // `log` and `to` are borrowed.

@@ -8,6 +8,7 @@
 
 #include <csignal>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <thread>
 
 #include "pipeline/frame/still.h"
@@ -55,6 +56,20 @@ TEST_F(Play, ShowsEveryFrameOfAShowOnce) {
   EXPECT_EQ(counts["frames_late"], 0);
   EXPECT_EQ(counts["frames_dropped"], 0);
   EXPECT_EQ(counts["frames_failed"], 0);
+}
+
+TEST_F(Play, WritesAllThatHappensAsJsonIfAsked) {
+  const std::vector<std::string> play = {"play", path("show.toml"), "--display", "fake", "--fast-forward"};
+  EXPECT_EQ(call(play).err, "") << "an operator need not know";
+  std::vector<std::string> as_json = play;
+  as_json.insert(as_json.end(), {"--log", "json"});
+  const Outcome outcome = call(as_json);
+  EXPECT_EQ(outcome.code, 0);
+  std::istringstream lines(outcome.err);
+  std::vector<std::string> texts;
+  for (std::string line; std::getline(lines, line);)
+    texts.push_back(nlohmann::json::parse(line)["text"].get<std::string>());
+  EXPECT_THAT(texts, testing::ElementsAre("playing", "cue 2", "over"));
 }
 
 TEST_F(Play, DoesNotAllocateWhilePlaying) {

@@ -10,7 +10,8 @@ namespace cupola {
 
 inline std::string said(EventLog& log) {
   std::string text;
-  for (const EventLog::Line& line : log.lines()) text += written_as(LogForm::kText, line);
+  for (const EventLog::Line& line : log.lines(0, least_of(LogForm::kText)))
+    text += written_as(LogForm::kText, line);
   return text;
 }
 
