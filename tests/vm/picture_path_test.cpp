@@ -1,20 +1,21 @@
-// The whole way of a picture in a virtual machine: vivid's cameras, the warp, vkms' screen, read back and
-// compared with the same faces warped by the scalar kernels.
+// The whole way of a picture in a virtual machine: the live show that is shipped, vivid's cameras, the warp,
+// vkms' screen, read back and compared with the same buffers warped by the scalar kernels.
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
-#include <memory>
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "firmware/frame_loop.h"
 #include "firmware/live_frames.h"
 #include "firmware/open_cameras.h"
 #include "firmware/show.h"
 #include "hal/display/kms_display.h"
-#include "tests/vm/vkms_screen.h"
+#include "tests/vm/checked_display.h"
+#include "tests/vm/vivid_controls.h"
 
 namespace cupola {
 namespace {
@@ -22,108 +23,104 @@ namespace {
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
-constexpr int kWidth = 1024;
+constexpr int kWidth = 1024;  // a mode that vkms has
 constexpr int kHeight = 768;
-constexpr std::array<const char*, 4> kViews = {"front", "left", "right", "top"};
+constexpr std::size_t kCameras = 4;
 
-std::vector<RigCamera> vivid_cameras() {
-  std::vector<RigCamera> cameras;
-  for (std::size_t c = 0; c < kViews.size(); ++c) {
-    RigCamera camera;
-    camera.view = kViews[c];
-    camera.patience = 2s;
-    camera.setup.device = "platform:vivid-00" + std::to_string(c);
-    camera.setup.formats = {CameraFormat::kNv12};
-    camera.setup.width = 1280;
-    camera.setup.height = 720;
-    camera.setup.rate = 60.0;
-    cameras.push_back(camera);
-  }
-  return cameras;
+Show live_show() {
+  const std::string lines[] = {"rig.frame.width=1024", "rig.frame.height=768", "rig.frame.center=[512, 384]",
+                               "rig.frame.radius=384"};
+  return load_show("live", lines, "four-vivid-cameras");
 }
 
-Rig rig() {
-  const std::string lines[] = {"frame.width=1024", "frame.height=768", "frame.center=[512, 384]",
-                               "frame.radius=384"};
-  return load_named_rig("domemaster-1k-4", lines);
-}
-
-// Presents as the screen does, then looks at it.
-class CheckedDisplay final : public Display {
- public:
-  CheckedDisplay(Display& display, const LiveFrames& live, WorkerPool& pool)
-      : display_(display),
-        live_(live),
-        warp_(make_native_to_xrgb_warp(live.rig(), NativeLayout::kNv12, Cpu::kScalar, pool)),
-        expected_(PixelFormat::kXrgb8888, {kWidth, kHeight}) {}
-  DisplayBuffer back_buffer() noexcept override { return display_.back_buffer(); }
-  Presented present(nanoseconds when) noexcept override {
-    const Presented presented = display_.present(when);
-    if (presented.result == Present::kShown) compare();
-    return presented;
+class PicturePath : public testing::Test {
+ protected:
+  // `flipped` after each flip, with how many there were before.
+  void play(nanoseconds time, int compare_every, std::function<void(int)> flipped = {}) {
+    display_.emplace(kms_, live_, pool_, compare_every, std::move(flipped));
+    EXPECT_EQ(FrameLoop(live_, *display_, clock_, pool_).run(time), LoopEnd::kTimeUp);
+    EXPECT_EQ(display_->wrong(), 0) << "pixels";
+    EXPECT_GT(display_->bright(), display_->compared() * 100'000L) << "vivid's colour bars";
+    std::uint64_t frames = 0;
+    for (const OpenCamera& camera : live_.cameras()) frames += camera.watch->counts().frames;
+    std::printf("picture-path: %llu camera-frames\n", static_cast<unsigned long long>(frames));
+    std::printf("picture-path: %d frames-compared\n", display_->compared());
   }
-  Presented repeat(nanoseconds when) noexcept override { return display_.repeat(when); }
-  nanoseconds period() const noexcept override { return display_.period(); }
-  const char* trouble() const noexcept override { return display_.trouble(); }
+  const CameraCounts& counts(std::size_t c) const { return live_.cameras()[c].watch->counts(); }
+  SyncedFace::State state(std::size_t view) const { return live_.faces().sync().faces()[view].state; }
 
-  int compared() const { return compared_; }
-  long wrong() const { return wrong_; }
-  long bright() const { return bright_; }
-
- private:
-  void compare() {
-    warp_->warp(live_.faces().faces(), expected_.pixels());
-    const std::vector<std::uint32_t> screen = vkms_screen(kWidth, kHeight);
-    ASSERT_EQ(screen.size(), static_cast<std::size_t>(kWidth) * kHeight);
-    for (int y = 0; y < kHeight; ++y) {
-      const auto* row = expected_.pixels().samples<std::uint32_t>(0, y);
-      for (int x = 0; x < kWidth; ++x) {
-        const std::uint32_t shown =
-            screen[static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x)] & 0xffffffU;
-        wrong_ += shown != (row[x] & 0xffffffU);
-        bright_ += (shown & 0xffU) > 60U || (shown >> 8U & 0xffU) > 60U || (shown >> 16U) > 60U;
-      }
-    }
-    ++compared_;
-  }
-
-  Display& display_;
-  const LiveFrames& live_;
-  std::unique_ptr<NativeWarp<MutableImage>> warp_;
-  ImageBuffer expected_;
-  int compared_ = 0;
-  long wrong_ = 0;
-  long bright_ = 0;
+  MonotonicClock clock_;
+  WorkerPool pool_{1};
+  CameraDrivers drivers_;
+  Show show_ = live_show();
+  LiveFrames live_{
+      show_.rig, drivers_.open(show_.devices.cameras, clock_, nullptr), show_.devices.sync, best_cpu(), pool_,
+      clock_};
+  KmsDisplay kms_{
+      clock_, {"Virtual-1", *parse_kms_mode("1024x768"), {}, KmsMemoryKind::kDumb}, kWidth, kHeight};
+  std::optional<CheckedDisplay> display_;
 };
 
-TEST(PicturePath, WhatTheCamerasSeeIsOnTheScreenToTheBit) {
-  MonotonicClock clock;
-  WorkerPool pool(1);
-  CameraDrivers drivers;
-  LiveFrames live(rig(), drivers.open(vivid_cameras(), clock, nullptr), SyncSettings{20ms, 2s}, best_cpu(),
-                  pool, clock);
-  KmsDisplay kms(clock, {"Virtual-1", *parse_kms_mode("1024x768"), {}, KmsMemoryKind::kDumb}, kWidth,
-                 kHeight);
-  CheckedDisplay display(kms, live, pool);
-  FrameLoop loop(live, display, clock, pool);
-  EXPECT_EQ(loop.run(5s), LoopEnd::kTimeUp);
-  EXPECT_GE(display.compared(), 10);
-  EXPECT_EQ(display.wrong(), 0) << "pixels";
-  EXPECT_GT(display.bright(), display.compared() * 100'000L) << "vivid's colour bars";
-  EXPECT_EQ(live.pixel_bytes_copied(), 0);
-  std::uint64_t frames = 0;
+TEST_F(PicturePath, WhatTheCamerasSeeIsOnTheScreenToTheBit) {
+  play(5s, 1);
+  EXPECT_GE(display_->compared(), 10);
+  EXPECT_EQ(live_.pixel_bytes_copied(), 0);
   int cropped = 0;
-  for (const OpenCamera& camera : live.cameras()) {
+  for (const OpenCamera& camera : live_.cameras()) {
     EXPECT_GT(camera.watch->counts().frames, 5U) << camera.settings.view;
-    frames += camera.watch->counts().frames;
     const CameraMode& mode = camera.watch->mode();
     std::printf("camera %s sends %d x %d from (%d, %d)\n", camera.settings.view.c_str(), mode.width,
                 mode.height, mode.crop.x, mode.crop.y);
     cropped += mode.width * mode.height < 1280 * 720 ? 1 : 0;
   }
   EXPECT_GE(cropped, 2) << "not all of every face is looked at";
-  std::printf("picture-path: %llu camera-frames\n", static_cast<unsigned long long>(frames));
-  std::printf("picture-path: %d frames-compared\n", display.compared());
+}
+
+// What the driver can do to a camera while it streams, one thing after the other, each on another camera.
+TEST_F(PicturePath, TheShowGoesOnWhateverTheDriverDoes) {
+  struct Deed {
+    nanoseconds at;
+    int camera;
+    const char* control;
+    double value;
+  };
+  const std::array<Deed, 7> deeds = {
+      {{1s, 0, "percentage_of_dropped_buffers", 50},
+       {3s, 0, "percentage_of_dropped_buffers", 0},
+       {4s, 1, "disconnect", 1},
+       {6s, 2, "inject_v4l2_buf_flag_error", 1},
+       {7s, 3, "dv_timings_signal_mode", 1},  // none, for longer than the patience
+       {9s, 3, "dv_timings_signal_mode", 0},
+       {10s, 0, "inject_fatal_streaming_error", 1}}};
+  const nanoseconds begun = clock_.now();
+  std::size_t done = 0;
+  std::array<int, kCameras> slates{};
+  int slates_together = 0;
+  play(13s, 8, [&](int) {
+    int now = 0;
+    for (std::size_t v = 0; v < kCameras; ++v) {
+      const bool slate = state(v) == SyncedFace::State::kSlate;
+      slates[v] += slate ? 1 : 0;
+      now += slate ? 1 : 0;
+    }
+    slates_together = std::max(slates_together, now);
+    for (; done < deeds.size() && clock_.now() - begun >= deeds[done].at; ++done)
+      set_vivid(deeds[done].camera, deeds[done].control, deeds[done].value);
+  });
+  EXPECT_EQ(done, deeds.size());
+  EXPECT_GE(display_->compared(), 10);
+  EXPECT_GT(counts(0).dropped, 5U) << "half of two seconds'";
+  EXPECT_EQ(counts(0).losses, 1U);
+  EXPECT_EQ(counts(1).losses, 1U);
+  EXPECT_EQ(counts(2).losses, 0U);
+  EXPECT_EQ(counts(2).damaged, 1U);
+  EXPECT_GE(counts(3).losses, 1U);
+  EXPECT_GT(slates[3], 5) << "its slate stands while it has no signal";
+  EXPECT_EQ(slates_together, 1) << "and nobody else's";
+  for (std::size_t v = 0; v < kCameras; ++v) {
+    EXPECT_NE(state(v), SyncedFace::State::kSlate) << v;
+    EXPECT_GT(counts(v).frames, 50U) << v;
+  }
 }
 
 }  // namespace

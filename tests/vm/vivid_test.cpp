@@ -11,10 +11,10 @@
 #include <gtest/gtest.h>
 
 #include "hal/camera/v4l2_camera.h"
-#include "hal/camera/v4l2_controls.h"
 #include "hal/camera/v4l2_devices.h"
 #include "tests/hal/camera_contract.h"
 #include "tests/hal/camera_faults.h"
+#include "tests/vm/vivid_controls.h"
 
 namespace cupola {
 namespace {
@@ -23,10 +23,6 @@ using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
 constexpr nanoseconds kLateness = 300ms;  // of a machine that does other things too
-
-std::string bus_of(int number) {
-  return "platform:vivid-00" + std::to_string(number);
-}
 
 // All four devices at once: really gone, and really new.
 void plug(bool in) {
@@ -48,7 +44,7 @@ class VividStage final : public CameraStage {
   Camera& camera() override { return camera_; }
   CameraSetup setup() override {
     CameraSetup setup;
-    setup.device = bus_of(number_);
+    setup.device = vivid_bus(number_);
     setup.formats = {format_};
     setup.width = 1280;
     setup.height = 720;
@@ -78,20 +74,11 @@ class VividStage final : public CameraStage {
     set("wrap_timestamp", 0.0);
     set("wrap_sequence_number", 0.0);
   }
-  // One of vivid's own controls, through a descriptor of its own.
-  void set(const char* control, double value) {
-    const auto opened = open_v4l2_device(calls_, bus_of(number_));
-    ASSERT_TRUE(std::holds_alternative<V4l2Node>(opened)) << describe(std::get<CameraTrouble>(opened));
-    const V4l2Node& node = std::get<V4l2Node>(opened);
-    const std::array<CameraControl, 1> controls = {{{control, value}}};
-    const auto trouble = set_controls(node, controls);
-    EXPECT_FALSE(trouble) << control << ": " << describe(*trouble);
-    calls_.close(node.descriptor);
-  }
+  void set(const char* control, double value) { set_vivid(number_, control, value); }
 
  private:
   std::variant<V4l2Node, CameraTrouble> open_v4l2_device_and_close() {
-    auto opened = open_v4l2_device(calls_, bus_of(number_));
+    auto opened = open_v4l2_device(calls_, vivid_bus(number_));
     if (const V4l2Node* node = std::get_if<V4l2Node>(&opened)) calls_.close(node->descriptor);
     return opened;
   }
@@ -313,7 +300,7 @@ TEST(VividDevices, AreListedAsCameras) {
   for (const V4l2Device& device : list_v4l2_devices(calls)) {
     if (device.driver != "vivid") continue;
     EXPECT_FALSE(device.unusable);
-    EXPECT_EQ(device.bus, bus_of(cameras));
+    EXPECT_EQ(device.bus, vivid_bus(cameras));
     ++cameras;
   }
   EXPECT_EQ(cameras, 4);
