@@ -202,6 +202,7 @@ FrameMaker::Change FrameLoop::advance(const FrameMaker::Due& due) noexcept {
     commands_[count++] = command;
   }
   show_ = ready->maker.get();
+  status_.show_number = ready->number;
   pool_ = &*ready->pool;
   replaced_ = true;
   since_black_ = 0;
