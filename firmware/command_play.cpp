@@ -231,12 +231,18 @@ int PlayCommand::run() {
     link.screenshots = &screenshots.emplace(
         what.rig.frame.size, screenshot_writer(what.file.parent_path() / "screenshots", what.name), link.log);
   }
+  std::optional<OpenSound> device;
+  if (in_real_time() && frames && what.sounds()) {
+    device = open_sound_device(what, frames->timeline(), clock, link.log);
+  }
   if (in_real_time() && frames) {
     auto first = std::make_unique<ReadyShow>();
     first->maker = std::move(frames);
     first->facts = facts;
     link.reload = &reload.emplace(
-        std::move(first), reopen_show(what, show_, overrides(), rig_, display_, on, cache()),
+        std::move(first),
+        reopen_show(what, show_, overrides(), rig_, display_, on, cache(),
+                    device ? std::optional(device->mode) : std::nullopt, &*patterns),
         [&](WorkerPool& fresh) {
           for (const std::string& line : settle(what.machine, fresh)) link.log.warn(Topic::kMachine, line);
           join_frame_loop(fresh);
@@ -260,7 +266,7 @@ int PlayCommand::run() {
   link.commands.push({.action = PlayerAction::kVolume, .volume = what.sound.volume});
   std::optional<SoundThread> sound;
   auto* const played = dynamic_cast<ShowFrames*>(&maker);
-  if (played && what.sounds() && in_real_time()) sound.emplace(what, played->timeline(), clock, link);
+  if (device) sound.emplace(what.sound, std::move(*device), clock, link);
   ServiceNotice notice;
   std::optional<PlayerWatch> watch;
   if (in_real_time() && (notice.wanted() || !resume_.empty())) watch.emplace(link, notice, facts, resume_);

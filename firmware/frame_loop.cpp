@@ -157,6 +157,7 @@ FrameMaker::Change FrameLoop::advance(const FrameMaker::Due& due) noexcept {
     commands_[count++] = command;
   }
   show_ = ready->maker.get();
+  status_.show_number = ready->number;
   pool_ = &*ready->pool;
   presenter_.begin_show();
   noted_cue_ = place.value_or(0);

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "hal/sound/alsa_sound.h"
 #include "pipeline/frame/error.h"
@@ -47,14 +49,50 @@ SoundPart sound_part(const Cue& cue, const CueTiming& timing, const SoundTrack& 
   return part;
 }
 
-SoundThread::SoundThread(const Show& show, const Timeline& timeline, Clock& clock, ControlLink& link)
-    : clock_(clock), output_(make_alsa_sound(show.sound.device, clock)) {
-  if (!output_) {
-    link.log.warn(Topic::kSound, "this program was built without sound; the show is silent");
-    return;
+namespace {
+
+// But for its sound.
+SoundSet silent_set(const Show& show, const Timeline& timeline) {
+  SoundSet set{{}, timeline, show.sound.delay};
+  for (const Cue& cue : show.cues)
+    set.sounds.push_back(
+        {.cue = cue.name, .ahead = {}, .fade = std::chrono::nanoseconds(std::llround(cue.fade_s * 1e9))});
+  return set;
+}
+
+// Begins its decoder's thread; throws InputError.
+void open_into(SoundSet& set, std::size_t i, const Show& show, const SoundMode& mode) {
+  const Cue& cue = show.cues[i];
+  std::unique_ptr<SoundTrack> track = open_cue_sound(cue, show.rig, mode.rate, mode.channels);
+  if (track->length() > 0) set.sounds[i].length = track->length();
+  const SoundPart part = sound_part(cue, set.timeline.timing(i), *track, mode.rate);
+  set.sounds[i].ahead = std::make_unique<SoundAhead>(std::move(track), mode.channels, part,
+                                                     std::int64_t{kAheadSeconds} * mode.rate, false);
+}
+
+}  // namespace
+
+std::unique_ptr<SoundSet> open_sounds(const Show& show, const Timeline& timeline, const SoundMode& mode) {
+  auto set = std::make_unique<SoundSet>(silent_set(show, timeline));
+  for (std::size_t i = 0; i < show.cues.size(); ++i) {
+    if (show.cues[i].sound.empty()) continue;
+    try {
+      open_into(*set, i, show, mode);
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("cue {}: {}", show.cues[i].name, error.what()));
+    }
+  }
+  return set;
+}
+
+std::optional<OpenSound> open_sound_device(const Show& show, const Timeline& timeline, Clock& clock,
+                                           EventLog& log) {
+  OpenSound sound{make_alsa_sound(show.sound.device, clock), {kUsualRate, show.sound.channels}, false, {}};
+  if (!sound.output) {
+    log.warn(Topic::kSound, "this program was built without sound; the show is silent");
+    return std::nullopt;
   }
   // First the files, for the number of channels; then the device; then the files again as it wants them.
-  SoundMode mode{kUsualRate, show.sound.channels};
   std::vector<bool> there(show.cues.size());
   int most = 0;
   for (std::size_t i = 0; i < show.cues.size(); ++i) {
@@ -64,33 +102,32 @@ SoundThread::SoundThread(const Show& show, const Timeline& timeline, Clock& cloc
       most = std::max(most, open_cue_sound(cue, show.rig, kUsualRate, 0)->file_channels());
       there[i] = true;
     } catch (const InputError& error) {
-      link.log.warn(Topic::kSound, fmt::format("cue {}: {}; it is silent", cue.name, error.what()));
+      log.warn(Topic::kSound, fmt::format("cue {}: {}; it is silent", cue.name, error.what()));
     }
   }
-  if (mode.channels == 0) mode.channels = most == 0 ? 2 : std::max(most, 2);
-  const std::optional<SoundMode> got = output_->open(mode);
-  if (got) mode = *got;
-  std::vector<CueSound> sounds(show.cues.size());
+  if (sound.mode.channels == 0) sound.mode.channels = most == 0 ? 2 : std::max(most, 2);
+  const std::optional<SoundMode> got = sound.output->open(sound.mode);
+  sound.opened = got.has_value();
+  if (got) sound.mode = *got;
+  sound.set = std::make_unique<SoundSet>(silent_set(show, timeline));
   for (std::size_t i = 0; i < show.cues.size(); ++i) {
-    const Cue& cue = show.cues[i];
-    sounds[i].cue = cue.name;
-    sounds[i].fade = std::chrono::nanoseconds(std::llround(cue.fade_s * 1e9));
     if (!there[i]) continue;
     try {
-      std::unique_ptr<SoundTrack> track = open_cue_sound(cue, show.rig, mode.rate, mode.channels);
-      if (track->length() > 0) sounds[i].length = track->length();
-      const SoundPart part = sound_part(cue, timeline.timing(i), *track, mode.rate);
-      sounds[i].ahead = std::make_unique<SoundAhead>(std::move(track), mode.channels, part,
-                                                     std::int64_t{kAheadSeconds} * mode.rate, false);
+      open_into(*sound.set, i, show, sound.mode);
     } catch (const InputError& error) {
-      link.log.warn(Topic::kSound, fmt::format("cue {}: {}; it is silent", cue.name, error.what()));
+      log.warn(Topic::kSound, fmt::format("cue {}: {}; it is silent", show.cues[i].name, error.what()));
     }
   }
-  sound_ = std::make_unique<ShowSound>(show.sound, std::move(sounds), timeline, *output_, mode,
-                                       got.has_value(), clock, link);
+  return sound;
+}
+
+SoundThread::SoundThread(const SoundSettings& settings, OpenSound sound, Clock& clock, ControlLink& link)
+    : clock_(clock),
+      output_(std::move(sound.output)),
+      sound_(settings, std::move(sound.set), *output_, sound.mode, sound.opened, clock, link) {
   thread_ = std::thread([this] {
     while (!stopping_) {
-      sound_->step();
+      sound_.step();
       clock_.sleep_until(clock_.now() + ShowSound::kTurn);
     }
   });
@@ -98,7 +135,7 @@ SoundThread::SoundThread(const Show& show, const Timeline& timeline, Clock& cloc
 
 SoundThread::~SoundThread() {
   stopping_ = true;
-  if (thread_.joinable()) thread_.join();
+  thread_.join();
 }
 
 }  // namespace cupola

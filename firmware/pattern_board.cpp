@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <exception>
+#include <utility>
 
 #include "firmware/player_command.h"
 #include "firmware/show.h"
@@ -16,7 +17,16 @@
 namespace cupola {
 
 PatternBoard::PatternBoard(Size frame, Draw draw, EventLog& log)
-    : frame_(frame), draw_(std::move(draw)), log_(log), side_([this] { work(); }) {}
+    : frame_(frame), log_(log), draw_(std::move(draw)), side_([this] { work(); }) {}
+
+void PatternBoard::draw_by(Draw draw) {
+  {
+    const std::lock_guard lock(mutex_);
+    next_draw_ = std::move(draw);
+    drawers_.fetch_add(1);
+  }
+  side_.ring();
+}
 
 const ImageBuffer* PatternBoard::picture(std::size_t wanted) noexcept {
   if (wanted != asked_) {
@@ -31,13 +41,22 @@ const ImageBuffer* PatternBoard::picture(std::size_t wanted) noexcept {
     }
     held_ = drawn;
   }
-  const bool shows = wanted != 0 && held_ && (held_->pattern == wanted || laid_ != 0);
+  const bool is_it = held_ && held_->pattern == wanted && held_->by == drawers_.load();
+  const bool shows = wanted != 0 && held_ && (is_it || laid_ != 0);
   laid_ = shows ? held_->pattern : 0;
   return shows ? &held_->image : nullptr;
 }
 
 void PatternBoard::work() {
   if (Picture* back = handover_.returned()) back->lent = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (next_draw_) {
+      draw_ = std::exchange(next_draw_, nullptr);
+      by_ = drawers_.load();
+      drawn_ = 0;
+    }
+  }
   const std::size_t wanted = wanted_.load();
   if (wanted == 0 || wanted == drawn_) return;
   Picture* free = nullptr;
@@ -59,6 +78,7 @@ void PatternBoard::work() {
     return;
   }
   free->pattern = wanted;
+  free->by = by_;
   free->lent = true;
   if (Picture* untaken = handover_.offer(free)) untaken->lent = false;
 }

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <mutex>
 
 #include "firmware/event_log.h"
 #include "firmware/handover.h"
@@ -22,6 +23,10 @@ class PatternBoard {
   // Memory for two frames is taken when a pattern is first wanted. `log` is borrowed for the board's life.
   PatternBoard(Size frame, Draw draw, EventLog& log);
 
+  // Draws with that from now on, also what lies there; the old pattern lies until then. Not the loop's: it
+  // may wait a moment for who calls it too, or for the side.
+  void draw_by(Draw draw);
+
   // The loop's, once a frame; neither waits nor allocates. `wanted`: 0 for none. Null until it is drawn;
   // where another one is laid already, that one until then. What is given stands until the next call.
   const ImageBuffer* picture(std::size_t wanted) noexcept;
@@ -30,14 +35,17 @@ class PatternBoard {
  private:
   struct Picture {
     std::size_t pattern = 0;
+    int by = 0;  // as drawers_
     ImageBuffer image;
     bool lent = false;  // offered to the loop, or with it
   };
   void work();
 
   Size frame_;
-  Draw draw_;
   EventLog& log_;
+  std::mutex mutex_;
+  Draw next_draw_;               // null once the side has it
+  std::atomic<int> drawers_{0};  // that replaced another one
   std::atomic<std::size_t> wanted_{0};
   Handover<Picture> handover_;
   // The loop's:
@@ -46,7 +54,9 @@ class PatternBoard {
   std::size_t laid_ = 0;
   // The side's:
   std::array<Picture, 2> pictures_;
-  std::size_t drawn_ = 0;  // last, or tried
+  Draw draw_;
+  int by_ = 0;             // as drawers_ when it came
+  std::size_t drawn_ = 0;  // last, or tried, by draw_
   SideWork side_;          // last: it uses the others
 };
 

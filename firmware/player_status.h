@@ -37,6 +37,7 @@ struct PlayerStatus {
   std::size_t pattern = 0;    // the test pattern laid over it, from 1; 0: none
   bool display_away = false;  // for now
   bool failing = false;       // the last faces could not be had
+  int show_number = 0;        // 0: the show of the start; each one that was read again has the next
   ShowReport show;
   LoopCounts counts;
   std::chrono::nanoseconds running{0};   // since the first flip

@@ -8,10 +8,13 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <exception>
 #include <thread>
 
 #include "firmware/control_answers.h"
+#include "firmware/open_sound.h"
+#include "firmware/pattern_board.h"
 #include "firmware/show.h"
 #include "firmware/show_frames.h"
 #include "pipeline/frame/error.h"
@@ -45,6 +48,24 @@ bool same_projector(const ProjectorSettings& a, const ProjectorSettings& b) {
          a.mode.height == b.mode.height && a.mode.rate == b.mode.rate;
 }
 
+// What a sound device was opened for at the start.
+void expect_same_sound(const Show& show, bool sounded, const SoundSettings& was) {
+  const auto refuse = [&](const std::string& key, const char* why) {
+    throw InputError(fmt::format("{}: {}: {} needs a new start", show.file.string(), key, why));
+  };
+  if (!sounded) {
+    for (std::size_t i = 0; i < show.cues.size(); ++i) {
+      if (!show.cues[i].sound.empty()) {
+        refuse(fmt::format("cue.{}.sound", i), "sound in a show that began without any");
+      }
+    }
+    return;  // nothing was opened
+  }
+  if (show.sound.device != was.device) refuse("sound.device", "another device");
+  if (show.sound.channels != was.channels) refuse("sound.channels", "another number");
+  if (show.sound.master != was.master) refuse("sound.master", "another master");
+}
+
 }  // namespace
 
 ShowReload::ShowReload(std::unique_ptr<ReadyShow> first, Open open, Settle settle, int threads, Size frame,
@@ -60,6 +81,12 @@ ShowReload::ShowReload(std::unique_ptr<ReadyShow> first, Open open, Settle settl
   side_.emplace([this] { work(); }, false);
 }
 
+ShowReload::~ShowReload() {
+  side_.reset();
+  const std::unique_ptr<SoundSet> untaken(sounds_.take());
+  const std::unique_ptr<SoundSet> left(sounds_.returned());
+}
+
 void ShowReload::ask() noexcept {
   asked_.store(true);
   side_->ring();
@@ -67,6 +94,11 @@ void ShowReload::ask() noexcept {
 
 void ShowReload::taken(ReadyShow* ready) noexcept {
   handover_.give_back(ready);
+  side_->ring();
+}
+
+void ShowReload::sounds_left(std::unique_ptr<SoundSet> old) noexcept {
+  sounds_.give_back(old.release());
   side_->ring();
 }
 
@@ -94,6 +126,7 @@ const FrameMaker& ShowReload::end() {
 void ShowReload::settle_taken() {
   if (!handover_.returned()) return;
   current_ = std::move(fresh_);  // the one before ends here
+  if (current_->begun) current_->begun();
   const std::lock_guard lock(mutex_);
   facts_ = current_->facts;
   trouble_.clear();
@@ -111,8 +144,18 @@ void ShowReload::work() noexcept {
     const bool taken = fresh_ != nullptr;
     settle_taken();
     if (taken && !fresh_) log_.notice(Topic::kShow, "reload: the show was read again");
-    if (fresh_ || !asked_.exchange(false)) return;  // what is not taken yet rings when it is
-    fresh_ = open_ready();
+    if (const std::unique_ptr<SoundSet> left{sounds_.returned()}) old_is_heard_ = false;
+    // What is not taken yet, or not left, rings when it is.
+    if (fresh_ || old_is_heard_ || !asked_.exchange(false)) return;
+    std::unique_ptr<ReadyShow> ready = open_ready();
+    std::unique_ptr<SoundSet> sounds;
+    if (ready->open_sounds) {
+      apart([&] { sounds = ready->open_sounds(place_in(*ready)); });
+      sounds->show = ready->number;
+    }
+    fresh_ = std::move(ready);
+    old_is_heard_ = sounds != nullptr;
+    if (sounds) sounds_.offer(sounds.release());  // first: it is there when the loop plays its show
     handover_.offer(fresh_.get());
   } catch (const std::exception& error) {
     refuse(error.what());
@@ -122,6 +165,7 @@ void ShowReload::work() noexcept {
 // On threads of their own, as a thread's priority can be lowered, but not raised again.
 std::unique_ptr<ReadyShow> ShowReload::open_ready() {
   auto ready = std::make_unique<ReadyShow>();
+  ready->number = current_->number + 1;
   bool again = false;
   apart([&] {
     setpriority(PRIO_PROCESS, 0, 19);  // on Linux: this thread's, and those that it begins
@@ -153,11 +197,9 @@ void ShowReload::warm_up(ReadyShow& ready) const {
     ready.places.push_back(
         found == cues.end() ? std::nullopt : std::optional(static_cast<std::size_t>(found - cues.begin())));
   }
-  const ShowReport now = status_.read().show;
-  const std::optional<std::size_t> place = ready.places[now.cue];
-  const std::array<PlayerCommand, 2> there = {
-      PlayerCommand{PlayerAction::kCue, {}, place.value_or(0)},
-      PlayerCommand{PlayerAction::kSeek, place ? now.position : nanoseconds(0)}};
+  const Timeline::Place place = place_in(ready);
+  const std::array<PlayerCommand, 2> there = {PlayerCommand{PlayerAction::kCue, {}, place.cue},
+                                              PlayerCommand{PlayerAction::kSeek, place.position}};
   FrameMaker::Change change = ready.maker->advance({nanoseconds(0), nanoseconds(0), there});
   for (const auto until = std::chrono::steady_clock::now() + kPatience;
        change == FrameMaker::Change::kUnchanged && std::chrono::steady_clock::now() < until;) {
@@ -174,16 +216,24 @@ void ShowReload::warm_up(ReadyShow& ready) const {
   ready.maker->warp(frame.pixels(), 0);
 }
 
+// Where the loop would go on now, as far as is known.
+Timeline::Place ShowReload::place_in(const ReadyShow& ready) const {
+  const PlayerStatus now = status_.read();
+  if (now.show_number != current_->number) return {};  // the loop has not said so yet
+  const std::optional<std::size_t> cue = ready.places[now.show.cue];
+  return cue ? Timeline::Place{*cue, now.show.position} : Timeline::Place();
+}
+
 ShowReload::Open reopen_show(const Show& now, std::string file, std::vector<std::string> overrides,
-                             std::string rig, std::string display, Cpu cpu, const TableCache& cache) {
-  return [size = now.rig.frame.size, sounds = now.sounds(), projector = now.devices.projector,
-          file = std::move(file), overrides = std::move(overrides), rig = std::move(rig),
-          display = std::move(display), cpu, cache = cache](ReadyShow& ready, bool for_good) mutable {
+                             std::string rig, std::string display, Cpu cpu, const TableCache& cache,
+                             std::optional<SoundMode> sound, PatternBoard* patterns) {
+  return [size = now.rig.frame.size, sounds = now.sounds(), was = now.sound, sound, patterns,
+          projector = now.devices.projector, file = std::move(file), overrides = std::move(overrides),
+          rig = std::move(rig), display = std::move(display), cpu,
+          cache = cache](ReadyShow& ready, bool for_good) mutable {
     const Show show = load_show(file, overrides, rig);
     if (show.live()) throw InputError(fmt::format("{}: a live show needs a new start", show.file.string()));
-    if (sounds || show.sounds()) {
-      throw InputError(fmt::format("{}: a show with sound needs a new start", show.file.string()));
-    }
+    expect_same_sound(show, sounds, was);
     const Size fresh = show.rig.frame.size;
     if (fresh != size) {
       throw InputError(fmt::format("{}: frame: {} x {} instead of {} x {} needs a new start",
@@ -202,7 +252,20 @@ ShowReload::Open reopen_show(const Show& now, std::string file, std::vector<std:
     const bool decoders = std::any_of(show.cues.begin(), show.cues.end(),
                                       [](const Cue& cue) { return cue.source <= CueSource::kVideo; });
     const Decoding decoding = decoders && !for_good ? Decoding::kInTurn : Decoding::kAhead;
-    ready.maker = std::make_unique<ShowFrames>(show, Method::kEwa, cpu, *ready.pool, false, &cache, decoding);
+    auto frames = std::make_unique<ShowFrames>(show, Method::kEwa, cpu, *ready.pool, false, &cache, decoding);
+    if (sound) {
+      ready.open_sounds = [show, timeline = frames->timeline(), mode = *sound](const Timeline::Place& place) {
+        std::unique_ptr<SoundSet> set = open_sounds(show, timeline, mode);
+        if (SoundAhead* const ahead = set->sounds[place.cue].ahead.get()) {
+          ahead->read(std::llround(1e-9 * static_cast<double>(place.position.count()) * mode.rate), {});
+        }
+        return set;
+      };
+    }
+    if (patterns) {
+      ready.begun = [patterns, draw = pattern_drawer(show, cpu, cache)] { patterns->draw_by(draw); };
+    }
+    ready.maker = std::move(frames);
     ready.facts = facts_of(show, display);
     return decoders && !for_good;
   };

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 namespace cupola {
 
@@ -44,11 +45,10 @@ double gain_of(int volume) {
 
 }  // namespace
 
-ShowSound::ShowSound(const SoundSettings& settings, std::vector<CueSound> sounds, const Timeline& timeline,
-                     SoundOutput& output, const SoundMode& mode, bool opened, Clock& clock, ControlLink& link)
-    : settings_(settings),
-      sounds_(std::move(sounds)),
-      timeline_(timeline),
+ShowSound::ShowSound(const SoundSettings& settings, std::unique_ptr<SoundSet> set, SoundOutput& output,
+                     const SoundMode& mode, bool opened, Clock& clock, ControlLink& link)
+    : master_(settings.master),
+      set_(std::move(set)),
       output_(output),
       mode_(mode),
       clock_(clock),
@@ -61,9 +61,7 @@ ShowSound::ShowSound(const SoundSettings& settings, std::vector<CueSound> sounds
       block_(static_cast<std::size_t>(kBlock * mode.channels)),
       voice_(resampler_, mode.channels, ramp_frames_),
       old_(resampler_, mode.channels, ramp_frames_),
-      gain_(gain_of(settings.volume)),
-      end_said_(sounds_.size()),
-      was_heard_(sounds_.size()) {
+      gain_(gain_of(settings.volume)) {
   pending_.reserve(static_cast<std::size_t>(mode.rate) * static_cast<std::size_t>(mode.channels));
   tail_.reserve(static_cast<std::size_t>(ramp_frames_ * mode.channels));
   status_.volume = settings.volume;
@@ -130,9 +128,9 @@ nanoseconds ShowSound::time_of(std::int64_t frame) const noexcept {
 }
 
 std::optional<ShowSound::Target> ShowSound::target_at(nanoseconds when) const noexcept {
-  if (status_.state != PlayerState::kPlaying) return std::nullopt;
+  if (status_.state != PlayerState::kPlaying || status_.show_number != set_->show) return std::nullopt;
   const auto place =
-      timeline_.ahead({status_.show.cue, status_.show.position}, when - settings_.delay - status_.due);
+      set_->timeline.ahead({status_.show.cue, status_.show.position}, when - set_->delay - status_.due);
   if (!place) return std::nullopt;
   return Target{place->cue, seconds(place->position) * mode_.rate};
 }
@@ -140,6 +138,7 @@ std::optional<ShowSound::Target> ShowSound::target_at(nanoseconds when) const no
 void ShowSound::step() noexcept {
   const nanoseconds now = clock_.now();
   status_ = link_.status.read();
+  change_set();
   if (be_open(now)) {
     const std::optional<SoundHeard> heard = output_.heard();
     if (!heard) {
@@ -164,52 +163,63 @@ void ShowSound::step() noexcept {
   report_.sounding = open_ && voice_.sounds();
   report_.device_ppm = heard_.ppm();
   report_.missing = voice_.missing() + old_.missing();
-  report_.damaged = 0;
-  for (const CueSound& sound : sounds_) report_.damaged += sound.ahead ? sound.ahead->damaged() : 0;
+  report_.damaged = damaged_before_;
+  for (const CueSound& sound : set_->sounds) report_.damaged += sound.ahead ? sound.ahead->damaged() : 0;
   note_end();
   rest_unheard();
-  if (!open_ && settings_.master) link_.pace_ppb = 0;  // nothing to follow
+  if (!open_ && master_) link_.pace_ppb = 0;  // nothing to follow
   link_.sound.publish(report_);
+}
+
+// A set is there before the loop has its show, and is waited for by nobody: where the loop is further than
+// that, target_at() says nothing.
+void ShowSound::change_set() noexcept {
+  if (!next_ && link_.reload) next_ = link_.reload->take_sounds();
+  if (!next_ || next_->show != status_.show_number) return;
+  leave(voice_);
+  leave(old_);
+  cue_.reset();
+  damaged_before_ = report_.damaged;
+  set_.swap(next_);
+  link_.reload->sounds_left(std::move(next_));
+}
+
+// Silent after a ramp, which is made now: from here on the voice's source may be another's, or gone.
+void ShowSound::leave(SoundVoice& voice) noexcept {
+  if (!voice.sounds()) return;
+  tail_.erase(tail_.begin(), tail_.begin() + static_cast<std::ptrdiff_t>(tail_used_));
+  tail_.resize(static_cast<std::size_t>(ramp_frames_ * mode_.channels), 0.0F);
+  tail_used_ = 0;
+  voice.end(ramp_frames_);
+  voice.add_to(tail_, step_);
+  voice.be_silent();
 }
 
 // The voice that plays falls silent.
 void ShowSound::hush(nanoseconds fade) noexcept {
   if (!voice_.sounds()) return;
-  if (old_.sounds()) {  // no room for three
-    tail_.assign(static_cast<std::size_t>(ramp_frames_ * mode_.channels), 0.0F);
-    tail_used_ = 0;
-    old_.end(ramp_frames_);
-    old_.add_to(tail_, step_);
-    old_.be_silent();
-  }
+  leave(old_);  // no room for three
   std::swap(voice_, old_);
   old_.end(std::max(frames_in(fade, mode_.rate), ramp_frames_));
   voice_.be_silent();
 }
 
 void ShowSound::jump(const Target& target) noexcept {
-  SoundAhead& source = *sounds_[target.cue].ahead;
-  // Nobody else may read it meanwhile: what is left of the old place is made now.
-  const auto leave = [&](SoundVoice& voice) {
-    if (!voice.sounds()) return;
-    tail_.assign(static_cast<std::size_t>(ramp_frames_ * mode_.channels), 0.0F);
-    tail_used_ = 0;
-    voice.end(ramp_frames_);
-    voice.add_to(tail_, step_);
-    voice.be_silent();
-  };
+  CueSound& sound = set_->sounds[target.cue];
+  SoundAhead& source = *sound.ahead;
+  // Nobody else may read it meanwhile.
   if (cue_ == target.cue) leave(voice_);
   if (old_.reads(source)) leave(old_);
   voice_.begin(source, std::llround(target.frame));
   cue_ = target.cue;
-  was_heard_[target.cue] = true;
+  sound.heard = true;
   voice_begin_ = made_;
   step_ = 1.0;
 }
 
 void ShowSound::steer(double early_s) noexcept {
   const double faster = 1e-6 * heard_.ppm();
-  if (settings_.master) {
+  if (master_) {
     const double pace = std::clamp(faster + early_s / kMakeUp, -kMostPace, kMostPace);
     link_.pace_ppb = std::llround(1e9 * pace);
     report_.applied_ppm = 1e6 * pace;
@@ -222,14 +232,14 @@ void ShowSound::steer(double early_s) noexcept {
 
 void ShowSound::conduct(nanoseconds when) noexcept {
   const std::optional<Target> target = target_at(when);
-  if (!target || !sounds_[target->cue].ahead) {
-    hush(target ? sounds_[target->cue].fade : kRamp);
+  if (!target || !set_->sounds[target->cue].ahead) {
+    hush(target ? set_->sounds[target->cue].fade : kRamp);
     cue_.reset();
-    if (settings_.master) steer(0.0);
+    if (master_) steer(0.0);
     return;
   }
   if (cue_ != target->cue) {
-    hush(sounds_[target->cue].fade);
+    hush(set_->sounds[target->cue].fade);
     jump(*target);
     out_of_step_ = false;
   }
@@ -280,11 +290,12 @@ void ShowSound::write() noexcept {
 
 // Cues that the show has left begin at their begin when it comes back.
 void ShowSound::rest_unheard() noexcept {
-  for (std::size_t cue = 0; cue < sounds_.size(); ++cue) {
-    if (!was_heard_[cue] || cue == status_.show.cue || cue_ == cue) continue;
-    if (voice_.reads(*sounds_[cue].ahead) || old_.reads(*sounds_[cue].ahead)) continue;
-    sounds_[cue].ahead->rest();
-    was_heard_[cue] = false;
+  for (std::size_t cue = 0; cue < set_->sounds.size(); ++cue) {
+    CueSound& sound = set_->sounds[cue];
+    if (!sound.heard || cue == status_.show.cue || cue_ == cue) continue;
+    if (voice_.reads(*sound.ahead) || old_.reads(*sound.ahead)) continue;
+    sound.ahead->rest();
+    sound.heard = false;
   }
 }
 
@@ -302,11 +313,11 @@ void ShowSound::note_drift(nanoseconds now) noexcept {
 
 // Once a cue: its file is shorter than it said.
 void ShowSound::note_end() noexcept {
-  if (!cue_ || end_said_[*cue_]) return;
-  const CueSound& sound = sounds_[*cue_];
+  if (!cue_ || set_->sounds[*cue_].end_said) return;
+  CueSound& sound = set_->sounds[*cue_];
   const std::optional<std::int64_t> ended = sound.ahead->ended();
   if (!ended) return;
-  end_said_[*cue_] = true;
+  sound.end_said = true;
   const std::string trouble = sound.ahead->trouble();
   if (!trouble.empty()) {
     link_.log.warn(Topic::kSound, fmt::format("cue {}: {}; it is silent from there on", sound.cue, trouble));

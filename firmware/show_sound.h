@@ -6,40 +6,32 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "firmware/control_link.h"
+#include "firmware/sound_set.h"
 #include "firmware/sound_settings.h"
 #include "firmware/sound_voice.h"
-#include "firmware/timeline.h"
 #include "hal/sound/sound_clock.h"
 #include "hal/sound/sound_output.h"
 #include "hal/time/clock.h"
 
 namespace cupola {
 
-// A cue's sound, or none, and how long its old sound takes to fall silent when the cue begins.
-struct CueSound {
-  std::string cue;
-  std::unique_ptr<SoundAhead> ahead;
-  std::chrono::nanoseconds fade{0};
-  std::optional<std::int64_t> length = std::nullopt;  // frames that the file promises
-};
-
 // The device plays from begin to end, silence too. Each step hands it so much that kLead lies before it, and
 // computes from its position when the next frame will be heard, from the loop's status where the show will
 // stand then, and so which frame of which sound that has to be. What is a little off is played faster or
 // slower; what is far off, jumps. As master the sound plays as it is, and the loop is told to follow.
+// When the loop plays a show that was read again, that one's set takes the place of the old one.
 class ShowSound {
  public:
   static constexpr std::chrono::nanoseconds kLead = std::chrono::milliseconds(60);
   static constexpr std::chrono::nanoseconds kTurn = std::chrono::milliseconds(10);  // from step to step
 
-  // `sounds`: one a cue, for `mode`, which `output` was opened at if `opened`. `output`, `clock` and `link`
-  // are borrowed.
-  ShowSound(const SoundSettings& settings, std::vector<CueSound> sounds, const Timeline& timeline,
-            SoundOutput& output, const SoundMode& mode, bool opened, Clock& clock, ControlLink& link);
+  // `set`: for `mode`, which `output` was opened at if `opened`; later ones come from `link`'s ShowReload.
+  // `output`, `clock` and `link` are borrowed.
+  ShowSound(const SoundSettings& settings, std::unique_ptr<SoundSet> set, SoundOutput& output,
+            const SoundMode& mode, bool opened, Clock& clock, ControlLink& link);
 
   // Bounded, but for opening a device that came back. One thread.
   void step() noexcept;
@@ -58,20 +50,22 @@ class ShowSound {
   bool be_open(std::chrono::nanoseconds now) noexcept;
   void lose(std::chrono::nanoseconds now) noexcept;
   void restart() noexcept;
+  void change_set() noexcept;
   void rest_unheard() noexcept;
   void make(std::int64_t frames) noexcept;
   // Which voice is to say what in the block that comes.
   void conduct(std::chrono::nanoseconds when) noexcept;
   void hush(std::chrono::nanoseconds fade) noexcept;
+  void leave(SoundVoice& voice) noexcept;
   void jump(const Target& target) noexcept;
   void steer(double early_s) noexcept;
   void write() noexcept;
   void note_drift(std::chrono::nanoseconds now) noexcept;
   void note_end() noexcept;
 
-  const SoundSettings settings_;
-  std::vector<CueSound> sounds_;
-  const Timeline timeline_;
+  const bool master_;
+  std::unique_ptr<SoundSet> set_;
+  std::unique_ptr<SoundSet> next_;  // of a show that the loop does not play yet; null: none
   SoundOutput& output_;
   const SoundMode mode_;
   Clock& clock_;
@@ -101,8 +95,7 @@ class ShowSound {
   std::vector<float> tail_;  // what is still to be heard of a place that was left by a jump
   std::size_t tail_used_ = 0;
   double gain_ = 1.0;
-  std::vector<bool> end_said_;
-  std::vector<bool> was_heard_;  // and is to go back to its begin
+  std::int64_t damaged_before_ = 0;  // in sets that are gone
   SoundReport report_;
 };
 

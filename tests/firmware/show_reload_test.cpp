@@ -12,6 +12,7 @@
 #include "firmware/control_answers.h"
 #include "firmware/frame_loop.h"
 #include "firmware/heap_count.h"
+#include "firmware/pattern_board.h"
 #include "firmware/show_frames.h"
 #include "hal/display/fake_display.h"
 #include "pipeline/frame/still.h"
@@ -63,12 +64,12 @@ class Reload : public testing::Test {
  protected:
   void write(const std::string& cues) { write_text(file_, "rig = \"" + rig_ + "\"\n\n" + cues); }
   // A rig of the folder's own, which may be written again, unlike one that is overridden.
-  void write_rig(int width, const std::string& rest = "") {
+  void write_rig(int width, const std::string& rest = "", double tilt_deg = 0.0) {
     rig_ = "rig.toml";
     overrides_ = {};
     write_text(folder_ / rig_,
-               "views = \"axis\"\n[frame]\nwidth = " + std::to_string(width) +
-                   "\nheight = 48\ncenter = [32, 24]\nradius = 24\n" + rest +
+               "views = \"axis\"\ntilt_deg = " + std::to_string(tilt_deg) + "\n[frame]\nwidth = " +
+                   std::to_string(width) + "\nheight = 48\ncenter = [32, 24]\nradius = 24\n" + rest +
                    "\n[lens]\nmodel = \"equidistant\"\nfov_deg = 180\n[[view]]\nname = \"top\"\n");
   }
 
@@ -78,8 +79,12 @@ class Reload : public testing::Test {
     first->maker = std::make_unique<ShowFrames>(show, Method::kEwa, Cpu::kScalar, pool_);
     first->facts = facts_of(show, "fake");
     FrameMaker& maker = *first->maker;
+    patterns_.emplace(kSize, pattern_drawer(show, Cpu::kScalar, TableCache()), link_.log);
+    link_.patterns = &*patterns_;
     reload_.emplace(
-        std::move(first), reopen_show(show, file_, overrides_, "", "fake", Cpu::kScalar, TableCache()),
+        std::move(first),
+        reopen_show(show, file_, overrides_, "", "fake", Cpu::kScalar, TableCache(),
+                    show.sounds() ? std::optional(SoundMode{48000, 2}) : std::nullopt, &*patterns_),
         [](WorkerPool& pool) { join_frame_loop(pool); }, 2, kSize, link_.status, link_.log);
     link_.reload = &*reload_;
     WatchedDisplay display(clock_, std::move(next));
@@ -95,6 +100,15 @@ class Reload : public testing::Test {
     ImageBuffer whole(PixelFormat::kXrgb8888, kSize);
     frames.advance({time, time});
     frames.warp(whole.pixels(), 0);
+    return same(shown, whole);
+  }
+  // Whether it is test pattern `pattern` of the rig as it is in the file.
+  bool shows_pattern(const DisplayBuffer& shown, std::size_t pattern) {
+    ImageBuffer whole(PixelFormat::kXrgb8888, kSize);
+    pattern_drawer(load_show(file_, overrides_), Cpu::kScalar, TableCache())(pattern, whole.pixels());
+    return same(shown, whole);
+  }
+  static bool same(const DisplayBuffer& shown, const ImageBuffer& whole) {
     for (int y = 0; y < kSize.height; ++y) {
       if (std::memcmp(shown.data + y * shown.stride, whole.pixels().planes[0].row(y), 256) != 0) return false;
     }
@@ -109,6 +123,7 @@ class Reload : public testing::Test {
   FakeClock clock_;
   WorkerPool pool_{2};
   ControlLink link_;
+  std::optional<PatternBoard> patterns_;
   std::optional<ShowReload> reload_;
 };
 
@@ -295,6 +310,70 @@ TEST_F(Reload, AskedForTwiceAtOnceEndsWithTheNewestFile) {
     return done < 0;
   });
   EXPECT_GT(done, 0);
+}
+
+TEST_F(Reload, OfAnotherRigDrawsTestPatternsForThatOne) {
+  constexpr std::size_t kGrid = 1;
+  write_rig(64);
+  write(cue("a", "demo"));
+  int step = 0;
+  link_.commands.push({.action = PlayerAction::kTestPattern, .cue = kGrid});
+  const LoopCounts counts = play([&](int, const DisplayBuffer& shown) {
+    const bool lies = link_.status.read().pattern == kGrid;
+    if (step == 0 && lies) {
+      EXPECT_TRUE(shows_pattern(shown, kGrid));
+      write_rig(64, "", 30.0);
+      EXPECT_FALSE(shows_pattern(shown, kGrid)) << "the rigs differ";
+      ask();
+      step = 1;
+    } else if (step == 1) {
+      EXPECT_TRUE(lies) << "it is not taken off meanwhile";
+      if (reload_->reloads() == 0 || !shows_pattern(shown, kGrid)) return true;
+      link_.commands.push({.action = PlayerAction::kTestPattern, .cue = 0});
+      step = 2;
+    } else if (step == 2 && !lies) {
+      write_rig(64, "", 60.0);
+      ask();
+      step = 3;
+    } else if (step == 3 && reload_->reloads() == 2) {
+      link_.commands.push({.action = PlayerAction::kTestPattern, .cue = kGrid});
+      step = 4;
+    } else if (step == 4 && lies) {
+      EXPECT_TRUE(shows_pattern(shown, kGrid)) << "never the one that lay there before";
+      step = 5;
+    }
+    return step < 5;
+  });
+  EXPECT_EQ(step, 5);
+  EXPECT_EQ(counts.frames_late, 0);
+}
+
+TEST_F(Reload, OfAShowWithAFirstOrABrokenSoundOrAnotherDeviceIsRefused) {
+  const auto sounding = [](const std::string& sound) {
+    return "[sound]\n" + sound + "\n" + cue("a", "demo", "sound = \"gone.wav\"\n");
+  };
+  const auto expect_refused = [&](const std::string& before, const std::string& after,
+                                  const std::string& words) {
+    write(before);
+    bool asked = false;
+    play([&](int, const DisplayBuffer&) {
+      if (!asked) {
+        write(after);
+        ask();
+        asked = true;
+      }
+      return reload_->trouble().empty() && reload_->reloads() == 0;
+    });
+    EXPECT_THAT(reload_->trouble(), HasSubstr(words));
+  };
+  expect_refused(cue("a", "demo"), sounding(""),
+                 "show.toml: cue.0.sound: sound in a show that began without any needs a new start");
+  expect_refused(sounding(""), sounding("device = \"other\""),
+                 "show.toml: sound.device: another device needs a new start");
+  expect_refused(sounding(""), sounding(""), "cue a: ");  // its file
+  EXPECT_THAT(reload_->trouble(), HasSubstr("gone.wav"));
+  expect_refused(sounding(""), sounding("channels = 6"), "show.toml: sound.channels: another number needs");
+  expect_refused(sounding(""), sounding("master = true"), "show.toml: sound.master: another master needs");
 }
 
 TEST_F(Reload, DuringAFadeKeepsTheLight) {

@@ -6,8 +6,11 @@
 
 #include <cmath>
 #include <functional>
+#include <thread>
 
+#include "firmware/control_answers.h"
 #include "firmware/frame_loop.h"
+#include "firmware/heap_count.h"
 #include "firmware/show_frames.h"
 #include "hal/display/fake_display.h"
 #include "hal/sound/fake_sound.h"
@@ -79,8 +82,9 @@ struct Stage {
                                                      1, part, 16384, true);
     }
     const bool opened = card.open({kRate, 1}).has_value();
-    sound.emplace(settings, std::move(sounds), frames.timeline(), card, SoundMode{kRate, 1}, opened, clock,
-                  link);
+    sound.emplace(settings,
+                  std::make_unique<SoundSet>(SoundSet{std::move(sounds), frames.timeline(), settings.delay}),
+                  card, SoundMode{kRate, 1}, opened, clock, link);
     clock.on_turn = [this] {
       sound->step();
       if (look) look();
@@ -376,6 +380,169 @@ TEST(ShowSoundTest, ACueThatFadesInLetsTheOldSoundFallWhileItDoes) {
   EXPECT_NEAR(at_half / FakeTrack::sample(2500 * kRate / 1000), 0.5, 0.05);
 }
 
+constexpr int kNoFile = -1;
+
+// Sounds that tell which one they are: file n begins 1000 n seconds into the track.
+std::unique_ptr<SoundSet> sounds_of(const Timeline& timeline, const std::vector<int>& files,
+                                    bool in_step = true) {
+  auto set = std::make_unique<SoundSet>(SoundSet{std::vector<CueSound>(files.size()), timeline});
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (files[i] == kNoFile) continue;
+    set->sounds[i].ahead = std::make_unique<SoundAhead>(
+        std::make_unique<FakeTrack>(std::int64_t{20000} * kRate), 1,
+        SoundPart{.first = std::int64_t{1000} * files[i] * kRate}, 16384, in_step);
+  }
+  return set;
+}
+
+// A show that is read again as `cues` with `files`, which are set before it is asked for.
+struct Again {
+  Again(const Show& now, ControlLink& link, bool in_step = true)
+      : reload(
+            first(now), [this, in_step](ReadyShow& ready, bool) { return open(ready, in_step); },
+            [](WorkerPool& pool) { join_frame_loop(pool); }, 1, {16, 12}, link.status, link.log) {
+    link.reload = &reload;
+  }
+  static std::unique_ptr<ReadyShow> first(const Show& now) {
+    auto ready = std::make_unique<ReadyShow>();
+    ready->facts = facts_of(now, "fake");
+    return ready;
+  }
+  bool open(ReadyShow& ready, bool in_step) const {
+    const Show show = small_show(cues);
+    auto frames = std::make_unique<ShowFrames>(show, Method::kEwa, Cpu::kScalar, *ready.pool);
+    ready.open_sounds = [timeline = frames->timeline(), files = files, in_step](const Timeline::Place&) {
+      return sounds_of(timeline, files, in_step);
+    };
+    ready.facts = facts_of(show, "fake");
+    ready.maker = std::move(frames);
+    return false;
+  }
+  std::string cues;
+  std::vector<int> files;
+  ShowReload reload;
+};
+
+struct ReloadStage : Stage {
+  ReloadStage(const std::string& cues, const std::vector<int>& files, SoundSettings settings = {})
+      : Stage(cues, settings), again(show, link) {
+    sound.emplace(settings, sounds_of(frames.timeline(), files), card, SoundMode{kRate, 1}, true, clock,
+                  link);
+    // The side takes its time, of which the clock knows nothing.
+    look = [this] {
+      if (asked > again.reload.reloads()) std::this_thread::sleep_for(1ms);
+      if (on_look) on_look();
+    };
+  }
+  ~ReloadStage() { sound.reset(); }
+  void prepare(const std::string& cues, std::vector<int> files) {
+    again.cues = cues;
+    again.files = std::move(files);
+  }
+  void ask() {
+    link.commands.push({PlayerAction::kReload});
+    ++asked;
+  }
+  bool taken() const { return link.status.read().show_number == asked; }
+  // Heard is that file, where the show is.
+  bool plays(int file) { return std::abs(heard_s() - 1000.0 * file - show_s()) < 2e-3; }
+
+  Again again;
+  int asked = 0;
+  std::function<void()> on_look;
+};
+
+TEST(ShowSoundTest, AShowThatIsReadAgainIsHeardWhereItStandsAndNoFileOfAnotherCue) {
+  for (const bool master : {false, true}) {
+    ReloadStage stage(cue("first", ", duration_s=1") + cue("second"), {0, 1}, {.master = master});
+    stage.prepare(cue("second") + cue("new") + cue("first"), {2, 3, 4});  // allocates
+    nanoseconds taken_at{0};
+    int strays = 0;
+    stage.on_look = [&] {
+      const nanoseconds now = stage.clock.now();
+      if (now == 3s) stage.ask();
+      if (now <= 2s) return;
+      if (taken_at == 0ns && stage.asked > 0 && stage.taken()) taken_at = now;
+      if (taken_at == 0ns) {
+        EXPECT_TRUE(stage.plays(1)) << now.count();
+      } else if (now > taken_at + 120ms) {
+        EXPECT_TRUE(stage.plays(2)) << now.count();
+      } else {
+        strays += stage.plays(1) || stage.plays(2) ? 0 : 1;
+      }
+      if (taken_at > 0ns && now > taken_at + 3s) stage.display.close();
+    };
+    EXPECT_EQ(stage.run(600s), LoopEnd::kClosed);
+    EXPECT_LE(strays, 2) << "5 ms down and 5 ms up, seen every 10 ms";
+    EXPECT_EQ(stage.sound->report().underruns, 0);
+    EXPECT_EQ(stage.sound->report().missing, 0);
+    EXPECT_EQ(stage.loop.counts().heap_allocations, 0);
+    EXPECT_EQ(stage.loop.counts().frames_late, 0);
+    EXPECT_EQ(stage.loop.counts().frames_dropped, 0);
+  }
+}
+
+TEST(ShowSoundTest, AShowIsReadAgainAgainAndAgainAlsoWhileASoundFades) {
+  ReloadStage stage(cue("first", ", duration_s=1") + cue("b", R"(, transition="fade", fade_s=500)"), {0, 1});
+  nanoseconds taken_at = 2s;
+  stage.on_look = [&] {
+    const nanoseconds now = stage.clock.now();
+    if (now <= 2s || !stage.taken()) return;
+    if (taken_at == 0ns) taken_at = now;
+    if (now < taken_at + 500ms) return;
+    const int file = stage.asked + 1;
+    if (stage.asked > 0 && stage.asked != 4) {  // at first the old sound still falls
+      EXPECT_TRUE(stage.plays(file)) << stage.asked;
+    }
+    if (stage.asked == 4) {
+      EXPECT_TRUE(stage.silent());
+    }
+    if (stage.asked == 7) return stage.display.close();
+    taken_at = 0ns;
+    stage.prepare(cue("b"), {stage.asked == 3 ? kNoFile : file + 1});
+    stage.ask();
+  };
+  EXPECT_EQ(stage.run(600s), LoopEnd::kClosed);
+  EXPECT_EQ(stage.loop.counts().frames_late, 0);
+}
+
+// For the thread sanitizer: the loop, the sound's thread and the reload's, on the real clock.
+TEST(ShowSoundTest, AShowIsReadAgainBesideTheLoopAndTheSoundsThread) {
+  WorkerPool pool(1);
+  MonotonicClock clock;
+  const Show show = small_show(cue("first"));
+  ShowFrames frames(show, Method::kEwa, Cpu::kScalar, pool);
+  FakeDisplay display(clock, 16, 12);
+  ControlLink link;
+  FrameLoop loop(frames, display, clock, pool, nullptr, &link);
+  FakeSound card(clock, {kRate, 1});
+  card.open({kRate, 1});
+  Again again(show, link, false);
+  again.cues = cue("first");
+  again.files = {1};
+  ShowSound sound({}, sounds_of(frames.timeline(), {0}, false), card, {kRate, 1}, true, clock, link);
+  std::atomic<bool> over{false};
+  std::thread thread([&] {
+    while (!over) {
+      sound.step();
+      clock.sleep_until(clock.now() + ShowSound::kTurn);
+    }
+  });
+  std::thread operator_thread([&] {
+    for (int i = 0; i < 20; ++i) {
+      link.commands.push({PlayerAction::kReload});
+      clock.sleep_until(clock.now() + 50ms);
+    }
+  });
+  loop.run(1200ms);
+  operator_thread.join();
+  over = true;
+  thread.join();
+  EXPECT_GT(again.reload.reloads(), 0);
+  EXPECT_EQ(again.reload.trouble(), "");
+  EXPECT_EQ(loop.counts().heap_allocations, 0);
+}
+
 // For the thread sanitizer: the loop and the sound's thread, both on the real clock.
 TEST(ShowSoundTest, RunsBesideTheLoopOnAThreadOfItsOwn) {
   WorkerPool pool(1);
@@ -391,8 +558,9 @@ TEST(ShowSoundTest, RunsBesideTheLoopOnAThreadOfItsOwn) {
     one.ahead = std::make_unique<SoundAhead>(std::make_unique<FakeTrack>(std::int64_t{1000} * kRate), 1,
                                              SoundPart{}, 16384, false);
   card.open({kRate, 1});
-  ShowSound sound({.master = true}, std::move(sounds), frames.timeline(), card, {kRate, 1}, true, clock,
-                  link);
+  ShowSound sound({.master = true},
+                  std::make_unique<SoundSet>(SoundSet{std::move(sounds), frames.timeline()}), card,
+                  {kRate, 1}, true, clock, link);
   std::atomic<bool> over{false};
   std::thread thread([&] {
     while (!over) {
