@@ -201,6 +201,7 @@ std::string status_json(const PlayerStatus& status, const ShowFacts& facts,
                  {"unshown", counts.frames_unshown},
                  {"blackout", counts.blackout_frames}}},
                {"files", describe(show.files)},
+               {"queue", {{"frames", show.queue.frames}, {"most", show.queue.most}}},
                {"faces_ms", milliseconds(counts.faces.last)},
                {"warp_ms", milliseconds(counts.warp.last)},
                {"preview_bytes_copied", counts.preview_bytes_copied},
@@ -292,6 +293,11 @@ std::string metrics_text(const PlayerStatus& status, const ShowFacts& facts) {
   metrics.sample("files_frames_total", files.late, "is=\"late\"");
   metrics.sample("files_frames_total", files.sought, "is=\"sought\"");
   metrics.sample("files_frames_total", files.broken, "is=\"broken\"");
+  if (const FileQueue& queue = status.show.queue; queue.most > 0) {
+    metrics.one("queue_frames", "gauge", "Decoded ahead of the cue that plays and not shown yet.",
+                queue.frames);
+    metrics.one("queue_frames_most", "gauge", "That this queue holds.", queue.most);
+  }
   metrics.one("frames_unshown_total", "counter", "Presented to a display that was away.",
               counts.frames_unshown);
   metrics.one("frames_blackout_total", "counter", "Of those shown: black by wish.", counts.blackout_frames);

@@ -295,6 +295,8 @@ void ShowFrames::report(ShowReport& report) const noexcept {
   report.duration = timeline_.cue_length();
   report.waiting = timeline_.waiting();
   report.files = file_counts();
+  const FileFaces* files = cues_[moment_.cue].files;
+  report.queue = files ? files->queue() : FileQueue();
   char* end = report.trouble.data();
   if (failed_) end = format_trouble(report.trouble.data(), report.trouble.size() - 1);
   *end = '\0';

@@ -34,6 +34,7 @@ struct ShowReport {
   std::optional<std::chrono::nanoseconds> duration = std::nullopt;  // of the cue; none: it never ends
   bool waiting = false;                                             // for go, at the cue's end
   FileCounts files;                                                 // of all cues
+  FileQueue queue;                                                  // of the cue shown
   std::array<char, 240> trouble{};  // why the last faces could not be had, cut; empty when they could
   std::size_t camera_count = 0;
   std::array<CameraReport, kMostCameras> cameras{};  // in the rig file's order

@@ -41,8 +41,9 @@ class AheadSource final : public FileFaces {
   FileCounts counts() const noexcept override;
   const char* trouble() const noexcept override { return trouble_.data(); }
   void rest() noexcept override;
-  // Frames that are decoded and not fetched yet.
-  int queued() const noexcept { return static_cast<int>(produced_.load() - consumed_.load()); }
+  FileQueue queue() const noexcept override {
+    return {static_cast<int>(produced_.load() - consumed_.load()), static_cast<int>(queue_.size())};
+  }
 
  private:
   using Trouble = std::array<char, 400>;

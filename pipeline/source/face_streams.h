@@ -48,10 +48,17 @@ struct FileCounts {
   FileCounts& operator+=(const FileCounts& other);
 };
 
+// Frames that are decoded and not fetched yet.
+struct FileQueue {
+  int frames = 0;
+  int most = 0;  // 0: there is no queue
+};
+
 class FileFaces : public FaceSource {
  public:
   // Does not allocate.
   virtual FileCounts counts() const noexcept = 0;
+  virtual FileQueue queue() const noexcept { return {}; }
   // Why the last fetch failed; valid until the next one.
   virtual const char* trouble() const noexcept = 0;
   // The frames that come next are the first ones: this is not played now. What was fetched last stands.

@@ -286,6 +286,15 @@ TEST(ControlServer, HasMetricsForPrometheus) {
   }
 }
 
+TEST(ControlServer, SaysHowFarDecodersAreAheadWhereThereIsAQueue) {
+  PlayerStatus status;
+  EXPECT_THAT(metrics_text(status, {}), testing::Not(HasSubstr("queue")));
+  status.show.queue = {4, 6};
+  EXPECT_THAT(metrics_text(status, {}), HasSubstr("cupola_queue_frames 4\n"));
+  EXPECT_THAT(metrics_text(status, {}), HasSubstr("cupola_queue_frames_most 6\n"));
+  EXPECT_EQ(json::parse(status_json(status, {}))["queue"]["frames"], 4);
+}
+
 TEST(ControlServer, SendsItsPageWithAPolicy) {
   PlayingShow show;
   const httplib::Result page = show.client().Get("/");

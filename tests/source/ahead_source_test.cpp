@@ -102,7 +102,8 @@ void wait_until(Condition condition) {
 TEST(AheadSource, HasTheFirstFramesBeforeAnybodyAsks) {
   Gate gate;
   const auto source = levels(100, gate, false, {}, 10);
-  wait_until([&] { return source->queued() == AheadSource::kAhead; });
+  wait_until([&] { return source->queue().frames == AheadSource::kAhead; });
+  EXPECT_EQ(source->queue().most, AheadSource::kAhead);
   EXPECT_THAT(gate.frames_read(), ElementsAre(10, 11, 12, 13, 14, 15));
   FaceSet faces;
   for (int frame = 10; frame < 16; ++frame) {
@@ -133,7 +134,7 @@ TEST(AheadSource, NeverWaitsButHoldsTheLastFrameAndCountsTheOneThatIsLate) {
   Gate gate;
   gate.open(2);
   const auto source = levels(100, gate, false);
-  wait_until([&] { return source->queued() == 2; });
+  wait_until([&] { return source->queue().frames == 2; });
   FaceSet faces;
   EXPECT_EQ(source->fetch(0, faces), Fetch::kNew);
   EXPECT_EQ(source->fetch(1, faces), Fetch::kNew);
@@ -143,16 +144,16 @@ TEST(AheadSource, NeverWaitsButHoldsTheLastFrameAndCountsTheOneThatIsLate) {
   EXPECT_EQ(level_of(faces), Levels::level(1));
   EXPECT_EQ(source->counts().late, 2) << "frames, not times that they were asked for";
   gate.open(3);
-  wait_until([&] { return source->queued() == 1; });
+  wait_until([&] { return source->queue().frames == 1; });
   EXPECT_EQ(source->fetch(4, faces), Fetch::kNew) << "the newest that is due";
   EXPECT_EQ(faces.frame, 2);
   EXPECT_EQ(level_of(faces), Levels::level(2));
   gate.open(4);
-  wait_until([&] { return source->queued() == 1; });
+  wait_until([&] { return source->queue().frames == 1; });
   EXPECT_EQ(source->fetch(4, faces), Fetch::kNew);
   EXPECT_EQ(faces.frame, 3) << "begun before 4 was asked for";
   gate.open(1000);
-  wait_until([&] { return source->queued() == AheadSource::kAhead; });
+  wait_until([&] { return source->queue().frames == AheadSource::kAhead; });
   EXPECT_EQ(source->fetch(4, faces), Fetch::kNew);
   EXPECT_EQ(faces.frame, 4);
 }
@@ -173,20 +174,20 @@ TEST(AheadSource, DoesNotDecodeWhatIsPast) {
 TEST(AheadSource, ShowsNoFrameFromBeforeAJump) {
   Gate gate;
   const auto source = levels(100, gate, false);
-  wait_until([&] { return source->queued() == AheadSource::kAhead; });
+  wait_until([&] { return source->queue().frames == AheadSource::kAhead; });
   FaceSet faces;
   EXPECT_EQ(source->fetch(0, faces), Fetch::kNew);
-  wait_until([&] { return source->queued() == AheadSource::kAhead; });
+  wait_until([&] { return source->queue().frames == AheadSource::kAhead; });
   gate.open(7);  // 0 to 6 were read
   EXPECT_EQ(source->fetch(80, faces), Fetch::kNotYet);
   EXPECT_EQ(level_of(faces), Levels::level(0));
   EXPECT_EQ(source->counts().sought, 1);
   gate.open(1000);
-  wait_until([&] { return source->queued() > 0; });
+  wait_until([&] { return source->queue().frames > 0; });
   EXPECT_EQ(source->fetch(80, faces), Fetch::kNew);
   EXPECT_EQ(level_of(faces), Levels::level(80));
   EXPECT_EQ(source->fetch(20, faces), Fetch::kNotYet) << "back";
-  wait_until([&] { return source->queued() > 0; });
+  wait_until([&] { return source->queue().frames > 0; });
   EXPECT_EQ(source->fetch(20, faces), Fetch::kNew);
   EXPECT_EQ(level_of(faces), Levels::level(20));
   EXPECT_EQ(source->counts().sought, 2);
@@ -198,7 +199,7 @@ TEST(AheadSource, GoesOnWithTheFirstFrameAfterTheLast) {
   const auto source = levels(10, gate, false);
   FaceSet faces;
   for (int turn = 0; turn < 35; ++turn) {
-    wait_until([&] { return source->queued() == AheadSource::kAhead; });
+    wait_until([&] { return source->queue().frames == AheadSource::kAhead; });
     EXPECT_EQ(source->fetch(turn % 10, faces), Fetch::kNew);
     EXPECT_EQ(level_of(faces), Levels::level(turn % 10));
   }
@@ -210,11 +211,11 @@ TEST(AheadSource, HasTheFirstFramesAgainWhenItRests) {
   const auto source = levels(100, gate, false);
   FaceSet faces;
   for (int frame = 0; frame < 30; ++frame) {
-    wait_until([&] { return source->queued() > 0; });
+    wait_until([&] { return source->queue().frames > 0; });
     EXPECT_EQ(source->fetch(frame, faces), Fetch::kNew);
   }
   source->rest();
-  wait_until([&] { return source->queued() >= AheadSource::kAhead - 1; });
+  wait_until([&] { return source->queue().frames >= AheadSource::kAhead - 1; });
   EXPECT_EQ(level_of(faces), Levels::level(29)) << "what is lent stands";
   for (int frame = 0; frame < 4; ++frame) {
     EXPECT_EQ(source->fetch(frame, faces), Fetch::kNew);
@@ -229,7 +230,7 @@ TEST(AheadSource, HoldsTheLastGoodFrameWhereOneIsBrokenAndNamesIt) {
     const auto source = levels(30, gate, in_step, {3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15});
     FaceSet faces;
     for (int frame = 0; frame < 30; ++frame) {
-      wait_until([&] { return source->queued() > 0; });
+      wait_until([&] { return source->queue().frames > 0; });
       const bool bad = frame >= 3 && frame <= 15;
       EXPECT_EQ(source->fetch(frame, faces), bad ? Fetch::kFailed : Fetch::kNew) << frame;
       EXPECT_EQ(level_of(faces), Levels::level(bad ? 2 : frame));
