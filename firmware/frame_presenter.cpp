@@ -101,8 +101,7 @@ Presented FramePresenter::present_picture(const Frame& frame) noexcept {
   if (!buffer.data) return {Present::kLost, clock_.now()};
   light_ = frame.wishes.light();
   warp_into(image_of(buffer), buffer.age, frame);
-  if (link_.preview)
-    counts_.preview_bytes_copied += link_.preview->copy(Image(image_of(buffer)), frame.flip);
+  if (link_.preview) counts_.preview_bytes_copied += link_.preview->copy(Image(image_of(buffer)), frame.flip);
   const Presented presented = display_.present(frame.flip);
   if (screenshot_) {
     std::swap(screenshot_->frame, undimmed_);
