@@ -16,7 +16,7 @@ Progress::~Progress() {
 }
 
 void Progress::show(std::int64_t done) {
-  const auto now = std::chrono::steady_clock::now();
+  const std::chrono::nanoseconds now = clock_.now();
   if (!on_terminal_ || now < next_) return;
   next_ = now + std::chrono::milliseconds(200);
   constexpr int kWidth = 30;

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <string>
 
+#include "hal/time/clock.h"
+
 namespace cupola {
 
 // Draws on standard error, a few times a second; wiped when it goes.
@@ -21,7 +23,8 @@ class Progress {
   std::string what_;
   std::int64_t total_;
   bool on_terminal_;
-  std::chrono::steady_clock::time_point next_{};
+  MonotonicClock clock_;
+  std::chrono::nanoseconds next_{0};
 };
 
 }  // namespace cupola

@@ -9,6 +9,7 @@
 #include <exception>
 #include <system_error>
 
+#include "hal/time/wall_time.h"
 #include "pipeline/frame/error.h"
 #include "pipeline/frame/still.h"
 
@@ -64,7 +65,7 @@ Screenshots::Keep screenshot_writer(std::filesystem::path folder, std::string na
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (error) throw Failure(fmt::format("{}: {}", folder.string(), error.message()));
-    const auto now = std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
+    const auto now = std::chrono::time_point_cast<std::chrono::seconds>(wall_time());
     const std::string stem = fmt::format("{}-cue-{}-{:.3f}s-{:%Y%m%dT%H%M%SZ}", name, taken.cue + 1,
                                          static_cast<double>(taken.position.count()) / 1e9, fmt::gmtime(now));
     std::filesystem::path file = folder / (stem + ".png");

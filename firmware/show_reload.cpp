@@ -17,6 +17,7 @@
 #include "firmware/pattern_board.h"
 #include "firmware/show.h"
 #include "firmware/show_frames.h"
+#include "hal/time/clock.h"
 #include "pipeline/frame/error.h"
 #include "pipeline/warp/table_cache.h"
 
@@ -201,9 +202,10 @@ void ShowReload::warm_up(ReadyShow& ready) const {
   const std::array<PlayerCommand, 2> there = {PlayerCommand{PlayerAction::kCue, {}, place.cue},
                                               PlayerCommand{PlayerAction::kSeek, place.position}};
   FrameMaker::Change change = ready.maker->advance({nanoseconds(0), nanoseconds(0), there});
-  for (const auto until = std::chrono::steady_clock::now() + kPatience;
-       change == FrameMaker::Change::kUnchanged && std::chrono::steady_clock::now() < until;) {
-    std::this_thread::sleep_for(1ms);
+  MonotonicClock clock;
+  for (const auto until = clock.now() + kPatience;
+       change == FrameMaker::Change::kUnchanged && clock.now() < until;) {
+    clock.sleep_until(clock.now() + 1ms);
     change = ready.maker->advance({});
   }
   if (change == FrameMaker::Change::kFailed) {

@@ -9,6 +9,7 @@
 #include <exception>
 #include <utility>
 
+#include "hal/time/clock.h"
 #include "pipeline/source/face_changes.h"
 
 namespace cupola {
@@ -78,7 +79,8 @@ void AheadSource::decode_ahead() noexcept {
 }
 
 void AheadSource::decode(std::int64_t position, Frame& frame) noexcept {
-  const auto begun = std::chrono::steady_clock::now();
+  MonotonicClock clock;
+  const std::chrono::nanoseconds begun = clock.now();
   frame.position = position;
   frame.failed = false;
   try {
@@ -91,7 +93,7 @@ void AheadSource::decode(std::int64_t position, Frame& frame) noexcept {
     frame.failed = true;
     std::snprintf(frame.trouble.data(), frame.trouble.size(), "%s", error.what());
   }
-  const std::int64_t took = (std::chrono::steady_clock::now() - begun).count();
+  const std::int64_t took = (clock.now() - begun).count();
   decode_ns_ += took;
   ++decoded_;
   if (took > longest_ns_) longest_ns_ = took;
