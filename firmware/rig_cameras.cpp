@@ -9,6 +9,8 @@
 #include <cmath>
 #include <set>
 
+#include "pipeline/source/live_faces.h"
+
 namespace cupola {
 namespace {
 
@@ -94,6 +96,9 @@ RigCamera read_camera(SettingsTable& table, std::span<const std::string> views) 
   setup.buffers = static_cast<int>(table.integer("buffers", 2, 32, setup.buffers));
   camera.patience = std::chrono::milliseconds(table.integer("patience_ms", 20, 60'000, 500));
   camera.colour = read_colour(table);
+  if (camera.colour && sends_rgb_only(setup)) {
+    table.refuse(table.has("gains") ? "gains" : "black", "expected a YUV format beside it, as NV12 or YUYV");
+  }
   SettingsTable controls = table.table("controls");
   for (const std::string& name : controls.keys()) {
     setup.controls.push_back({name, controls.number(name, -1e15, 1e15)});
@@ -104,6 +109,14 @@ RigCamera read_camera(SettingsTable& table, std::span<const std::string> views) 
 }
 
 }  // namespace
+
+bool sends_rgb_only(const CameraSetup& setup) {
+  return !setup.formats.empty() &&
+         std::all_of(setup.formats.begin(), setup.formats.end(), [](CameraFormat format) {
+           const auto layout = layout_of(format);
+           return layout && is_rgb(*layout);
+         });
+}
 
 std::vector<RigCamera> read_cameras(SettingsTable& rig, std::span<const std::string> views) {
   std::vector<RigCamera> cameras;

@@ -25,6 +25,10 @@ struct RigCamera {
   std::optional<ViewColour> colour;      // locked
 };
 
+// Whether it may send nothing but RGB, of which no colours are matched or locked. Without formats it may send
+// any.
+bool sends_rgb_only(const CameraSetup& setup);
+
 // The tables [[camera]] of a rig file, none to one a view of `views`; where `views` is empty they may name
 // any. Throws InputError.
 std::vector<RigCamera> read_cameras(SettingsTable& rig, std::span<const std::string> views);

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -106,9 +107,14 @@ SyncSettings read_sync(SettingsTable table) {
 }
 
 // [colour]
-bool read_match(SettingsTable table) {
+bool read_match(SettingsTable table, std::span<const RigCamera> cameras) {
   constexpr std::array<std::string_view, 2> kMatches = {"off", "slow"};
   const bool slow = table.choice("match", kMatches, 0) == 1;
+  const auto rgb = std::find_if(cameras.begin(), cameras.end(),
+                                [](const RigCamera& camera) { return sends_rgb_only(camera.setup); });
+  if (slow && rgb != cameras.end()) {
+    table.refuse("match", fmt::format("expected off, or a YUV format for the camera of view {}", rgb->view));
+  }
   table.finish();
   return slow;
 }
@@ -138,7 +144,7 @@ RigDevices load_rig_devices(const std::filesystem::path& file, std::span<const s
   if (!named) views.clear();
   RigDevices devices;
   devices.cameras = read_cameras(table, views);
-  devices.match_colours = read_match(table.table("colour"));
+  devices.match_colours = read_match(table.table("colour"), devices.cameras);
   devices.sync = read_sync(table.table("sync"));
   devices.projector = read_projector(table.table("display"));
   devices.gpio = read_gpio(table.table("gpio"));

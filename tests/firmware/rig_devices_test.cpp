@@ -103,6 +103,13 @@ TEST_F(RigDevicesTest, ReadsLockedColoursAndWhetherTheyAreMatched) {
   expect_refused(camera + "gains = [1, 1, 1.9]\n",
                  "4: camera.0.gains: expected [red, green, blue], each from 0.5 to 1.8");
   expect_refused(camera + "black = 33\n", "4: camera.0.black: expected a number from -32 to 32");
+  const std::string rgb = camera + "formats = [\"RGB3\", \"XR24\"]\n";
+  expect_refused(rgb + "black = 3\n", "5: camera.0.black: expected a YUV format beside it, as NV12 or YUYV");
+  expect_refused("[colour]\nmatch = \"slow\"\n" + rgb,
+                 "2: colour.match: expected off, or a YUV format for the camera of view front");
+  EXPECT_FALSE(load(rgb).match_colours);
+  EXPECT_TRUE(
+      load("[colour]\nmatch = \"slow\"\n" + camera + "formats = [\"RGB3\", \"NV12\"]\n").match_colours);
 }
 
 TEST_F(RigDevicesTest, NeedsNoHardwareAtAll) {
