@@ -76,6 +76,17 @@ void check_sound(const Cue& cue, const Rig& rig, bool readable, std::vector<std:
   }
 }
 
+void check_live(const Cue& cue, const Show& show, bool readable, std::vector<std::string>& errors) {
+  const std::size_t cameras = show.devices.cameras.size();
+  const std::string rig = show.rig.file.string();
+  if (cameras == 0) errors.push_back(fmt::format("cue {}: is live, but {} has no camera", cue.name, rig));
+  if (readable && cameras > 0) {
+    fmt::print("cue {}: live, {} camera{}; cupola check --rig {} tries them\n", cue.name, cameras,
+               cameras == 1 ? "" : "s", rig);
+  }
+  check_sound(cue, show.rig, readable, errors);
+}
+
 void CheckCommand::check_rig(std::vector<std::string>& errors) {
   SettingsErrors wrong;
   try {
@@ -115,7 +126,11 @@ void CheckCommand::try_cues(const Show& show, WorkerPool& pool, std::vector<std:
   TableCache tables = cache();
   CueTrials trials(show.rig, cpu(), pool, &tables);
   for (const Cue& cue : show.cues) {
-    if (cue.file.empty() && cue.world.empty()) continue;  // was reported, or is live
+    if (cue.source == CueSource::kLive) {
+      check_live(cue, show, readable, errors);
+      continue;
+    }
+    if (cue.file.empty() && cue.world.empty()) continue;  // was reported
     try {
       const CueTrial trial = trials.run(cue);
       for (const std::string& fault : trial.faults)

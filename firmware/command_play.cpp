@@ -110,8 +110,8 @@ class PlayCommand final : public Command {
   void check_options() const;
   void check(const Show& show) const;
   ControlSettings control(const Show& show) const;
-  // Of `live` and `frames` there is one. None: for ever, which a display without time of its own refuses.
-  std::optional<std::chrono::nanoseconds> time_to_play(const Show& show, const ShowFrames* frames) const;
+  // None: until the show is over, which a display without time of its own refuses of one that never is.
+  std::optional<std::chrono::nanoseconds> time_to_play(const ShowFrames& frames) const;
   bool in_real_time() const { return !fast_forward_ && display_ != "file"; }
 
   std::string show_;
@@ -158,25 +158,21 @@ void PlayCommand::check_options() const {
   if (!resume_.empty() && !in_real_time()) throw InputError("play: --resume is for a show in real time");
 }
 
-std::optional<std::chrono::nanoseconds> PlayCommand::time_to_play(const Show& show,
-                                                                  const ShowFrames* frames) const {
-  std::optional<double> seconds;
-  if (show.live()) seconds = show.cues.front().duration_s;
-  if (seconds_ > 0.0) seconds = seconds_;
-  if (!in_real_time() && !seconds && !(frames && frames->timeline().length())) {
+std::optional<std::chrono::nanoseconds> PlayCommand::time_to_play(const ShowFrames& frames) const {
+  if (seconds_ > 0.0) return std::chrono::nanoseconds(std::llround(seconds_ * 1e9));
+  if (!in_real_time() && !frames.timeline().length()) {
     throw InputError(fmt::format("{}: the show never ends; expected --seconds N", show_));
   }
-  if (!seconds) return std::nullopt;
-  return std::chrono::nanoseconds(std::llround(*seconds * 1e9));
+  return std::nullopt;
 }
 
 // What a show and a command line ask for must go together before anything opens.
 void PlayCommand::check(const Show& show) const {
   if (!show.live() && !(recordings_.record.empty() && recordings_.replay.empty())) {
-    throw InputError("play: --record and --replay are for live shows");
+    throw InputError("play: --record and --replay are for shows with live cues");
   }
   if (show.live() && show.rig.budget_ms) {
-    throw InputError(fmt::format("{}: filter.budget_ms: expected a preset or a kernel where the show is live",
+    throw InputError(fmt::format("{}: filter.budget_ms: expected a preset or a kernel where a cue is live",
                                  show.rig.file.string()));
   }
 }
@@ -195,26 +191,25 @@ int PlayCommand::run() {
   Clock& clock = in_real_time() ? static_cast<Clock&>(real) : fake;
   CameraDrivers drivers;
   std::unique_ptr<LiveFrames> live;
-  std::unique_ptr<ShowFrames> frames;
   TableCache tables = cache();
   if (what.live()) {
     auto cameras = drivers.open(what.devices.cameras, clock, in_real_time() ? nullptr : &fake, recordings_);
     live = std::make_unique<LiveFrames>(what.rig, std::move(cameras), what.devices.sync, on, pool, clock,
                                         &tables, what.devices.match_colours);
-  } else {
-    frames = std::make_unique<ShowFrames>(what, Method::kEwa, on, pool, false, &tables,
-                                          in_real_time() ? Decoding::kAhead : Decoding::kAheadInStep);
   }
+  auto opened = std::make_unique<ShowFrames>(what, Method::kEwa, on, pool, false, &tables,
+                                             in_real_time() ? Decoding::kAhead : Decoding::kAheadInStep,
+                                             std::move(live));
+  ShowFrames& frames = *opened;
   warn_about(tables);
-  FrameMaker& maker = live ? static_cast<FrameMaker&>(*live) : *frames;
-  const std::optional<std::chrono::nanoseconds> time = time_to_play(what, frames.get());
+  const std::optional<std::chrono::nanoseconds> time = time_to_play(frames);
 
   ControlLink link;
   const LogWriter log(link.log, log_ == "json" ? LogForm::kJson : LogForm::kText, stderr);
   std::optional<Y4mWriter> video;
   std::unique_ptr<Display> display;
   try {
-    display = open_display(display_, out_, clock, what, maker.rate(), video, link.commands);
+    display = open_display(display_, out_, clock, what, frames.rate(), video, link.commands);
   } catch (const std::runtime_error& error) {
     throw Failure(error.what());
   }
@@ -232,12 +227,12 @@ int PlayCommand::run() {
         what.rig.frame.size, screenshot_writer(what.file.parent_path() / "screenshots", what.name), link.log);
   }
   std::optional<OpenSound> device;
-  if (in_real_time() && frames && what.sounds()) {
-    device = open_sound_device(what, frames->timeline(), clock, link.log);
+  if (in_real_time() && what.sounds()) {
+    device = open_sound_device(what, frames.timeline(), clock, link.log);
   }
-  if (in_real_time() && frames) {
+  if (in_real_time()) {
     auto first = std::make_unique<ReadyShow>();
-    first->maker = std::move(frames);
+    first->maker = std::move(opened);
     first->facts = facts;
     link.reload = &reload.emplace(
         std::move(first),
@@ -265,7 +260,6 @@ int PlayCommand::run() {
   }
   link.commands.push({.action = PlayerAction::kVolume, .volume = what.sound.volume});
   std::optional<SoundThread> sound;
-  auto* const played = dynamic_cast<ShowFrames*>(&maker);
   if (device) sound.emplace(what.sound, std::move(*device), clock, link);
   ServiceNotice notice;
   std::optional<PlayerWatch> watch;
@@ -274,22 +268,20 @@ int PlayCommand::run() {
     for (const std::string& line : settle(what.machine, pool)) link.log.warn(Topic::kMachine, line);
   }
 
-  FrameLoop loop(maker, *display, clock, pool, panel ? &*panel : nullptr, &link);
-  if (played && !resume_.empty())
-    resume_show(resume_, *played, facts, link);  // as late as can be: time passes
+  FrameLoop loop(frames, *display, clock, pool, panel ? &*panel : nullptr, &link);
+  if (!resume_.empty()) resume_show(resume_, frames, facts, link);  // as late as can be: time passes
   const LoopEnd end = loop.run(time);
   watch.reset();
   sound.reset();
   server.reset();
   osc.reset();
-  const FrameMaker& last = reload ? reload->end() : maker;
+  const auto& last = reload ? dynamic_cast<const ShowFrames&>(reload->end()) : frames;
   if (!resume_.empty() && (end == LoopEnd::kOver || end == LoopEnd::kClosed)) {
     std::error_code ignored;
     std::filesystem::remove(resume_, ignored);  // it ended as it should
   }
   if (!stats_.empty()) {
-    nlohmann::ordered_json stats = play_stats(loop, panel ? panel->counts() : GpioCounts(), live.get(),
-                                              dynamic_cast<const ShowFrames*>(&last));
+    nlohmann::ordered_json stats = play_stats(loop, panel ? panel->counts() : GpioCounts(), last);
     if (what.sounds()) stats["sound"] = describe(link.sound.read());
     stats.update(
         {{"show", what.name}, {"display", display_}, {"cpu", name(on)}, {"threads", pool.threads()}});
@@ -302,7 +294,7 @@ int PlayCommand::run() {
     file.write(link.trace.json());
     file.commit();
   }
-  if (live) report_recordings(*live);
+  if (last.live()) report_recordings(*last.live());
   if (end == LoopEnd::kLost) throw Failure(display->trouble());
   if (video) video->finish();
   return 0;

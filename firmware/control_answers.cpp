@@ -149,10 +149,10 @@ ShowFacts facts_of(const Show& show, const std::string& display) {
   for (const Cue& cue : show.cues) {
     facts.cues.push_back(cue.name);
     facts.finished.push_back(cue.finished);
+    facts.live.push_back(cue.source == CueSource::kLive);
   }
   for (const View& view : show.rig.views) facts.views.push_back(view.name);
-  facts.live = show.live();
-  if (facts.live) {
+  if (show.live()) {
     for (const RigCamera& camera : show.devices.cameras) facts.cameras.push_back(camera.view);
   }
   facts.display = display;
@@ -174,11 +174,11 @@ std::string status_json(const PlayerStatus& status, const ShowFacts& facts,
                {"light", status.light},
                {"test_pattern", status.pattern ? test_patterns()[status.pattern - 1] : ""},
                {"show", facts.show},
-               {"live", facts.live},
+               {"live", show.cue < facts.live.size() && facts.live[show.cue]},
                {"cue", show.cue + 1},
                {"cue_name", show.cue < facts.cues.size() ? facts.cues[show.cue] : ""},
                {"cues", facts.cues.size()},
-               {"position_s", seconds(facts.live ? status.running : show.position)},
+               {"position_s", seconds(show.position)},
                {"duration_s", show.duration ? Json(seconds(*show.duration)) : Json()},
                {"running_s", seconds(status.running)},
                {"display", facts.display},
@@ -373,7 +373,7 @@ PlayerCommand parse_command_json(const std::string& body, const ShowFacts& facts
       throw InputError(fmt::format("argument: expected a text or a number; {}", kExpected));
     }
   }
-  return parse_command(json["command"].get<std::string>(), argument, facts.scope());
+  return parse_command(json["command"].get<std::string>(), argument, facts.cues);
 }
 
 }  // namespace cupola

@@ -204,8 +204,7 @@ void HttpServer::command(const Request& request, Response& response) {
   const ShowFacts facts = this->facts();
   const PlayerCommand command = parse_command_json(request.body, facts);
   if (!link_.commands.push(command)) return refuse(response, 503, "too many commands at once; try again");
-  link_.log.info(Topic::kControl,
-                 fmt::format("{}: {}", request.remote_addr, describe(command, facts.scope())));
+  link_.log.info(Topic::kControl, fmt::format("{}: {}", request.remote_addr, describe(command, facts.cues)));
   response.set_content(R"({"taken": true})"
                        "\n",
                        kJson);

@@ -222,16 +222,26 @@ FrameMaker::Change LiveFrames::advance(const Due& due) noexcept {
   return fresh_ ? Change::kNew : Change::kUnchanged;
 }
 
+void LiveFrames::advance_unseen() noexcept {
+  faces_->gather(clock_.now());
+  if (faces_->choose()) follow_colours();
+  fresh_ = false;
+}
+
 WarpWork LiveFrames::warp(const MutableImage& frame, int age) noexcept {
   const nanoseconds begun = clock_.now();
   const std::span<const ChangedCells> differs = history_->take(age);
   unsigned changed = differs.empty() ? ~0U : 0U;
   for (std::size_t v = 0; v < differs.size(); ++v) changed |= differs[v].count() > 0 ? 1U << v : 0U;
   const WarpWork work = warp_->warp_changed(faces_->faces(), changed, frame);
-  // Quick to grow and slow to shrink: a late frame is worse than an early choice.
+  note_warp_since(begun);
+  return work;
+}
+
+// Quick to grow and slow to shrink: a late frame is worse than an early choice.
+void LiveFrames::note_warp_since(nanoseconds begun) noexcept {
   const nanoseconds took = clock_.now() - begun + kMargin;
   lead_ = std::max(took, lead_ - (lead_ - took) / 64);
-  return work;
 }
 
 FacePicture LiveFrames::face(std::size_t view) const noexcept {

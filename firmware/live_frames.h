@@ -1,4 +1,4 @@
-// A live show: cameras in step, one warp from their buffers into the display's, as late as the flip allows.
+// Live pictures: cameras in step, one warp from their buffers into the display's, as late as the flip allows.
 // SPDX-License-Identifier: MIT
 #pragma once
 
@@ -36,8 +36,17 @@ class LiveFrames final : public FrameMaker {
   WarpWork warp(const MutableImage& frame, int age) noexcept override;
   FacePicture face(std::size_t view) const noexcept override;
   void shown(std::chrono::nanoseconds flipped_at) noexcept override;
-  double rate() const override { return rate_; }
-  void report(ShowReport& report) const noexcept override;
+  double rate() const override { return rate_; }            // the first camera's
+  void report(ShowReport& report) const noexcept override;  // of the cameras alone
+
+  // In place of advance() while something else is seen: takes what the cameras have sent, without waiting, so
+  // that they go on and stay in step.
+  void advance_unseen() noexcept;
+  // Something else was warped since the last warp().
+  void forget_frames() noexcept { history_->fetched({}); }
+  // The last warp() was part of something longer, which began at `begun` of clock() and has just ended.
+  void note_warp_since(std::chrono::nanoseconds begun) noexcept;
+  Clock& clock() const { return clock_; }
 
   const Rig& rig() const { return rig_; }
   const LiveFaces& faces() const { return *faces_; }

@@ -58,15 +58,15 @@ std::optional<std::string_view> osc_word(std::string_view address, std::string_v
 }
 
 std::optional<PlayerCommand> parse_osc_command(std::string_view word, std::span<const OscValue> values,
-                                               const CommandScope& scope) {
+                                               std::span<const std::string> cues) {
   const std::string said = printable(word);
   const CommandArgument takes = argument_of(said);
   const bool button = takes == CommandArgument::kNone || takes == CommandArgument::kSwitch;
   if (button && values.size() == 1) {
-    if (std::holds_alternative<OscImpulse>(values[0])) return parse_command(said, "", scope);
+    if (std::holds_alternative<OscImpulse>(values[0])) return parse_command(said, "", cues);
     if (const std::optional<bool> down = pressed(values[0])) {
-      if (takes == CommandArgument::kSwitch) return parse_command(said, *down ? "on" : "off", scope);
-      return *down ? std::optional(parse_command(said, "", scope)) : std::nullopt;
+      if (takes == CommandArgument::kSwitch) return parse_command(said, *down ? "on" : "off", cues);
+      return *down ? std::optional(parse_command(said, "", cues)) : std::nullopt;
     }
   }
   std::string argument;
@@ -74,7 +74,7 @@ std::optional<PlayerCommand> parse_osc_command(std::string_view word, std::span<
     if (!argument.empty()) argument += ' ';
     argument += text_of(said, value, takes == CommandArgument::kWhole);
   }
-  return parse_command(said, argument, scope);
+  return parse_command(said, argument, cues);
 }
 
 }  // namespace cupola

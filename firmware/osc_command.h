@@ -33,6 +33,6 @@ std::optional<std::string_view> osc_word(std::string_view address, std::string_v
 // is a switch, on and off, which an impulse or nothing turns over. "volume" takes fractions, rounded. Throws
 // InputError.
 std::optional<PlayerCommand> parse_osc_command(std::string_view word, std::span<const OscValue> values,
-                                               const CommandScope& scope);
+                                               std::span<const std::string> cues);
 
 }  // namespace cupola

@@ -182,7 +182,7 @@ void UdpOscServer::obey(const OscMessage& message, const Sender& from) {
       return answer("/cupola/status", from);
     }
     const ShowFacts facts = this->facts();
-    const std::optional<PlayerCommand> command = parse_osc_command(*word, message.values, facts.scope());
+    const std::optional<PlayerCommand> command = parse_osc_command(*word, message.values, facts.cues);
     if (!command) {
       ++report_.released;
     } else if (link_.commands.push(*command)) {
@@ -203,7 +203,7 @@ void UdpOscServer::answer(const std::string& address, const Sender& to) const {
   const PlayerStatus status = link_.status.read();
   const ShowFacts facts = this->facts();
   const ShowReport& show = status.show;
-  const std::chrono::duration<double> place = facts.live ? status.running : show.position;
+  const std::chrono::duration<double> place = show.position;
   const std::string bytes = osc_packet(
       {address,
        {std::string(name_of(status.state)), static_cast<std::int64_t>(show.cue + 1),
@@ -217,7 +217,7 @@ void UdpOscServer::note(const PlayerCommand& command, const ShowFacts& facts, co
   const std::chrono::nanoseconds now = clock_.now();
   if (noted_ && noted_->first == command.action && now - noted_->second < kSameApart) return;
   noted_ = {command.action, now};
-  link_.log.info(Topic::kControl, fmt::format("{}: osc: {}", from.text(), describe(command, facts.scope())));
+  link_.log.info(Topic::kControl, fmt::format("{}: osc: {}", from.text(), describe(command, facts.cues)));
 }
 
 void UdpOscServer::note_refusal(std::string_view why, const Sender& from) {

@@ -46,8 +46,8 @@ nlohmann::ordered_json live_stats(const LiveFrames& live) {
 
 }  // namespace
 
-nlohmann::ordered_json play_stats(const FrameLoop& loop, const GpioCounts& gpio, const LiveFrames* live,
-                                  const ShowFrames* frames) {
+nlohmann::ordered_json play_stats(const FrameLoop& loop, const GpioCounts& gpio, const ShowFrames& frames) {
+  const LiveFrames* live = frames.live();
   const LoopCounts& counts = loop.counts();
   const Percentiles warp(loop.warp_ms());
   nlohmann::ordered_json stats = {
@@ -72,9 +72,8 @@ nlohmann::ordered_json play_stats(const FrameLoop& loop, const GpioCounts& gpio,
       {"warp_ms_median", warp.at(0.5)},
       {"warp_ms_p99_9", warp.at(0.999)},
       {"warp_ms_max", warp.at(1.0)}};
-  report_skips(counts.tiles, frames ? frames->texels_unneeded() : 0,
-               frames ? frames->file_counts().repeated : 0, stats);
-  if (frames) stats["files"] = describe(frames->file_counts());
+  report_skips(counts.tiles, frames.texels_unneeded(), frames.file_counts().repeated, stats);
+  stats["files"] = describe(frames.file_counts());
   if (live) stats["live"] = live_stats(*live);
   return stats;
 }

@@ -11,9 +11,7 @@
 
 namespace cupola {
 
-// Of `live` and `frames` there is one.
-nlohmann::ordered_json play_stats(const FrameLoop& loop, const GpioCounts& gpio, const LiveFrames* live,
-                                  const ShowFrames* frames);
+nlohmann::ordered_json play_stats(const FrameLoop& loop, const GpioCounts& gpio, const ShowFrames& frames);
 
 // On standard error, a line each.
 void report_recordings(const LiveFrames& live);

@@ -65,11 +65,6 @@ const Word& known_word(std::string_view word) {
                                nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest)));
 }
 
-bool in_live_shows(PlayerAction action) {
-  return action == PlayerAction::kBlackoutToggle || action == PlayerAction::kFade ||
-         action == PlayerAction::kTestPatternNext || action == PlayerAction::kScreenshot;
-}
-
 std::chrono::nanoseconds parse_position(std::string_view argument) {
   const std::optional<double> seconds = number_of<double>(argument);
   if (!seconds || !(*seconds >= 0.0 && *seconds <= kLongestSeek)) {
@@ -160,16 +155,13 @@ CommandArgument argument_of(std::string_view word) {
   return known_word(word).argument;
 }
 
-PlayerCommand parse_command(std::string_view word, std::string_view argument, const CommandScope& scope) {
+PlayerCommand parse_command(std::string_view word, std::string_view argument,
+                            std::span<const std::string> cues) {
   PlayerCommand command{known_word(word).action};
-  if (scope.live && !in_live_shows(command.action)) {
-    throw InputError(
-        fmt::format("{}: a live show takes only blackout, fade, test-pattern and screenshot", word));
-  }
   if (command.action == PlayerAction::kSeek) {
     command.position = parse_position(argument);
   } else if (command.action == PlayerAction::kCue) {
-    command.cue = parse_cue(argument, scope.cues);
+    command.cue = parse_cue(argument, cues);
   } else if (command.action == PlayerAction::kBlackoutToggle) {
     command.action = parse_blackout(argument);
   } else if (command.action == PlayerAction::kFade) {
@@ -217,12 +209,12 @@ std::optional<PlayerCommand> command_of_key(char key) {
   }
 }
 
-std::string describe(const PlayerCommand& command, const CommandScope& scope) {
+std::string describe(const PlayerCommand& command, std::span<const std::string> cues) {
   switch (command.action) {
     case PlayerAction::kSeek:
       return fmt::format("seek {}", static_cast<double>(command.position.count()) / 1e9);
     case PlayerAction::kCue:
-      return fmt::format("cue {}", command.cue < scope.cues.size() ? scope.cues[command.cue] : "?");
+      return fmt::format("cue {}", command.cue < cues.size() ? cues[command.cue] : "?");
     case PlayerAction::kVolume:
       return fmt::format("volume {}", command.volume);
     case PlayerAction::kVolumeBy:

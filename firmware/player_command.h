@@ -44,22 +44,16 @@ struct PlayerCommand {
   friend bool operator==(const PlayerCommand&, const PlayerCommand&) = default;
 };
 
-// What there is to command.
-struct CommandScope {
-  std::span<const std::string> cues;  // their names, borrowed
-  bool live = false;                  // a live show has no time to hold or to go back in
-};
-
 // The names of the patterns that can be laid over a show.
 std::span<const std::string_view> test_patterns();
 
-// `argument` is empty where the command takes none. "seek" takes seconds, 0 to 1e7; "cue" a cue's name or its
-// number from 1, a name first; "blackout" on, off or toggle, or nothing for toggle; "fade" seconds, 0 to
-// 3600, 2 where there are none, and out or in before them, or neither for whichever it is not; "volume"
-// percent, 0 to 100, or with a sign so much more or less; "test-pattern" a name, off, or nothing for the
-// next one. Throws InputError that names the command and what
-// was expected.
-PlayerCommand parse_command(std::string_view word, std::string_view argument, const CommandScope& scope);
+// Of a show of these `cues`. `argument` is empty where the command takes none. "seek" takes seconds, 0 to
+// 1e7; "cue" a cue's name or its number from 1, a name first; "blackout" on, off or toggle, or nothing for
+// toggle; "fade" seconds, 0 to 3600, 2 where there are none, and out or in before them, or neither for
+// whichever it is not; "volume" percent, 0 to 100, or with a sign so much more or less; "test-pattern" a
+// name, off, or nothing for the next one. Throws InputError that names the command and what was expected.
+PlayerCommand parse_command(std::string_view word, std::string_view argument,
+                            std::span<const std::string> cues);
 
 // What a command's argument is, for those who send numbers and switches in place of text.
 enum class CommandArgument : std::uint8_t { kNone, kSwitch, kWhole, kText };
@@ -70,6 +64,6 @@ CommandArgument argument_of(std::string_view word);
 std::optional<PlayerCommand> command_of_key(char key);
 
 // As parse_command() takes it, for the log: "seek 12.5".
-std::string describe(const PlayerCommand& command, const CommandScope& scope);
+std::string describe(const PlayerCommand& command, std::span<const std::string> cues);
 
 }  // namespace cupola

@@ -60,7 +60,7 @@ void PlayerWatch::look(const PlayerStatus& status) {
   if (!ready_) ready_ = notice_.say("READY=1");
   if (frames != frames_ && notice_.watchdog()) notice_.say("WATCHDOG=1");
   frames_ = frames;
-  if (file_.empty() || facts_.live || status.state == PlayerState::kOver) return;
+  if (file_.empty() || status.state == PlayerState::kOver) return;
   const bool changed = !keeps_ || status.state != kept_.state || status.show.cue != kept_.show.cue ||
                        dark(status) != dark(kept_) || status.volume != kept_.volume;
   const bool moved = status.show.position != kept_.show.position;

@@ -121,7 +121,6 @@ void read_cue_sound(SettingsTable& table, const std::filesystem::path& directory
   if (!table.has("sound")) return;
   const std::string sound = table.text("sound");
   if (sound.empty()) table.refuse("sound", "expected a file, or own");
-  if (cue.source == CueSource::kLive) table.refuse("sound", "expected none where the source is live");
   if (sound != kOwnSound) {
     cue.sound = (directory / sound).string();
     return;
@@ -176,7 +175,6 @@ Cue read_cue(SettingsTable& table, const std::filesystem::path& directory) {
   }
   if (table.has("compare")) cue.compare = static_cast<Method>(table.choice("compare", kMethodNames));
   if (table.choice("transition", kTransitions, 0) == 1) {
-    if (cue.source == CueSource::kLive) table.refuse("transition", "expected cut where the source is live");
     cue.fade_s = table.number("fade_s", 0.001, 3600.0);
     const bool known = !table.refused("fade_s") && !table.refused("duration_s");
     if (known && cue.duration_s && cue.fade_s > *cue.duration_s) {
@@ -265,9 +263,6 @@ std::vector<Cue> read_cues(std::vector<SettingsTable>& tables, const std::filesy
         table.refuse("name", fmt::format("expected a name of its own; \"{}\" is taken", cues[i].name));
       }
     }
-    if (cues[i].source == CueSource::kLive && cues.size() > 1) {
-      table.refuse("source", "expected live in a show of one cue");
-    }
     cues[i].then = read_then(table, i, cues, all_named);
     cues[i].wait = table.text("then", "") == "wait";
     table.finish();
@@ -326,6 +321,10 @@ Show load_show(const std::filesystem::path& file, std::span<const std::string> o
 
 bool Show::sounds() const {
   return std::ranges::any_of(cues, [](const Cue& cue) { return !cue.sound.empty(); });
+}
+
+bool Show::live() const {
+  return std::ranges::any_of(cues, [](const Cue& cue) { return cue.source == CueSource::kLive; });
 }
 
 void fit_faces(Rig& rig, const Cue& cue, const FaceSource& source) {

@@ -55,9 +55,9 @@ struct Show {
   ControlSettings control;
   MachineSettings machine;
   SoundSettings sound;
-  std::vector<Cue> cues;  // at least one; a live one is alone
+  std::vector<Cue> cues;  // at least one
   bool sounds() const;    // some cue has a sound
-  bool live() const { return cues.front().source == CueSource::kLive; }
+  bool live() const;      // some cue is live
 };
 
 // `file` may be the name of a show in config/shows. Overrides that begin with "rig." go to the rig's file,

@@ -5,19 +5,16 @@
 #include <string>
 #include <vector>
 
-#include "firmware/player_command.h"
-
 namespace cupola {
 
 struct ShowFacts {
-  std::string show;               // its name
-  std::vector<std::string> cues;  // their names
-  bool live = false;
+  std::string show;                  // its name
+  std::vector<std::string> cues;     // their names
   std::vector<std::string> views;    // their names, in the rig's order
   std::vector<bool> finished;        // one a cue: its pictures are the dome's, and no view's
-  std::vector<std::string> cameras;  // the views they are of, in the rig file's order
+  std::vector<bool> live;            // one a cue
+  std::vector<std::string> cameras;  // the views they are of, in the rig file's order; none: no cue is live
   std::string display;               // as --display names it
-  CommandScope scope() const { return {cues, live}; }
 };
 
 }  // namespace cupola

@@ -31,13 +31,18 @@ void add_fade(CueTiming& timing, const Cue& cue) {
   }
 }
 
-CueTiming part_of_cue(const Cue& cue, const FaceSource& source) {
+CueTiming timing_at(double rate, const Cue& cue) {
   CueTiming timing;
-  timing.rate = rate_of(cue, source);
+  timing.rate = rate;
   timing.loop = cue.loop;
   timing.then = cue.then;
   timing.wait = cue.wait;
   if (cue.duration_s) timing.duration = std::chrono::nanoseconds(std::llround(*cue.duration_s * 1e9));
+  return timing;
+}
+
+CueTiming part_of_cue(const Cue& cue, const FaceSource& source) {
+  CueTiming timing = timing_at(rate_of(cue, source), cue);
   timing.frames = source.length();
   // Numbered files were cut to their part when they were opened.
   const bool cut =
@@ -69,15 +74,22 @@ CueTiming timing_of(const Cue& cue, const FaceSource& source) {
 }
 
 ShowFrames::ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& pool, bool whole_faces,
-                       TableCache* cache, Decoding decoding)
-    : frame_size_(show.rig.frame.size), timeline_({CueTiming{}}), pool_(pool) {
-  if (show.live()) throw InputError(fmt::format("cue {}: live can only be played", show.cues.front().name));
+                       TableCache* cache, Decoding decoding, std::unique_ptr<LiveFrames> live)
+    : frame_size_(show.rig.frame.size), live_(std::move(live)), timeline_({CueTiming{}}), pool_(pool) {
   std::vector<CueTiming> timings;
   using Needs = std::tuple<std::vector<Size>, PixelFormat, std::optional<Method>, bool>;
   std::vector<Needs> kinds;  // of each warp: its faces' sizes and depth, the method beside it, finished
   for (const Cue& cue : show.cues) {
     OpenCue open;
     open.name = cue.name;
+    if (cue.source == CueSource::kLive) {
+      if (!live_) throw InputError(fmt::format("cue {}: live can only be played", cue.name));
+      open.rig = live_->rig();
+      timings.push_back(timing_at(live_->rate(), cue));
+      add_fade(timings.back(), cue);
+      cues_.push_back(std::move(open));
+      continue;
+    }
     open.rig = show.rig;
     open.source = open_source(cue, show.rig, pool);
     timings.push_back(timing_of(cue, *open.source));
@@ -132,7 +144,7 @@ void ShowFrames::open_ahead(OpenCue& cue, const CueTiming& timing, bool in_step)
 
 PixelFormat ShowFrames::format() const {
   const bool deep = std::any_of(cues_.begin(), cues_.end(), [](const OpenCue& cue) {
-    return cue.source->format() == PixelFormat::kRgbPlanar16;
+    return cue.source && cue.source->format() == PixelFormat::kRgbPlanar16;
   });
   return deep ? PixelFormat::kRgbPlanar16 : PixelFormat::kRgbPlanar8;
 }
@@ -150,15 +162,20 @@ ShowFrames::Change ShowFrames::advance(const Due& due) noexcept {
   time_ = due.time;
   const std::optional<Moment> moment = timeline_.at(due.time);
   if (!moment) return Change::kOver;
-  const std::optional<Fade> fade = timeline_.fade();
-  rest_unseen(*moment, fade);
-  const bool fetches = !asked_ || *moment != moment_;
+  const Change change = advance_cues(*moment, timeline_.fade());
+  return live_ ? advance_live(due, change) : change;
+}
+
+ShowFrames::Change ShowFrames::advance_cues(const Moment& moment, std::optional<Fade> fade) noexcept {
+  if (fade && fade->from && is_live(fade->from->cue) && is_live(moment.cue)) fade.reset();  // one picture
+  rest_unseen(moment, fade);
+  const bool fetches = !asked_ || moment != moment_;
   if (!fetches && fade == fade_) return failed_ ? Change::kFailed : Change::kUnchanged;
-  const bool goes_on = fade && fade_ && moment->cue == moment_.cue;
+  const bool goes_on = fade && fade_ && moment.cue == moment_.cue;
   old_stands_ = goes_on ? old_stands_ : fade && keep_mixed();
   if (fade && !old_stands_) fetch_old(*fade);
   fade_ = fade;
-  moment_ = *moment;
+  moment_ = moment;
   const Fetch fetched = fetches ? fetch_new() : Fetch::kUnchanged;
   if (failed_) return Change::kFailed;
   if (fade_) {
@@ -174,8 +191,31 @@ ShowFrames::Change ShowFrames::advance(const Due& due) noexcept {
   const bool cut = shown_cue_ != moment_.cue;
   shown_cue_ = moment_.cue;
   if (fetched == Fetch::kUnchanged && !cut) return Change::kUnchanged;
-  note(warps_[cues_[moment_.cue].warp], cut ? std::span<const ChangedCells>() : faces_.changed);
+  if (is_live(moment_.cue)) {
+    live_->forget_frames();
+  } else {
+    note(warps_[cues_[moment_.cue].warp], cut ? std::span<const ChangedCells>() : faces_.changed);
+  }
   return Change::kNew;
+}
+
+// Last, as the cameras are waited for until the warp has to begin.
+ShowFrames::Change ShowFrames::advance_live(const Due& due, Change change) noexcept {
+  const bool in_new = is_live(faces_cue_) && (!fade_ || faces_cue_ == moment_.cue);
+  const bool in_old = fade_ && fade_->from && !old_stands_ && is_live(fade_->from->cue);
+  live_is_seen_ = (in_new || in_old) && change != Change::kFailed;
+  if (!live_is_seen_) {
+    live_->advance_unseen();
+    return change;
+  }
+  if (live_->advance(due) == Change::kUnchanged) return change;
+  new_is_new_ = new_is_new_ || (fade_ && in_new);
+  old_is_new_ = old_is_new_ || in_old;
+  return Change::kNew;
+}
+
+void ShowFrames::shown(std::chrono::nanoseconds flipped_at) noexcept {
+  if (live_is_seen_) live_->shown(flipped_at);
 }
 
 void ShowFrames::note(CueWarp& warp, std::span<const ChangedCells> changed) noexcept {
@@ -199,6 +239,12 @@ void ShowFrames::rest_unseen(const Moment& moment, const std::optional<Fade>& fa
 // Until the cue has any faces, those that were there stand; what is not there yet is asked for again.
 Fetch ShowFrames::fetch_new() noexcept {
   const bool none = faces_.faces.empty();
+  if (is_live(moment_.cue)) {
+    faces_cue_ = moment_.cue;
+    asked_ = true;
+    failed_ = false;
+    return Fetch::kUnchanged;
+  }
   const Fetch fetched = cues_[moment_.cue].source->fetch(moment_.frame, faces_);
   failed_ = fetched == Fetch::kEnd || fetched == Fetch::kFailed;
   const bool got = fetched == Fetch::kNew || fetched == Fetch::kUnchanged;
@@ -211,8 +257,8 @@ Fetch ShowFrames::fetch_new() noexcept {
 void ShowFrames::fetch_old(const Fade& fade) noexcept {
   const bool begins =
       !fade_ || !fade_->from != !fade.from || (fade.from && fade.from->cue != fade_->from->cue);
-  if (fade.from && (begins || fade.from != fade_->from)) {
-    if (begins) old_faces_.faces.clear();  // another source's
+  if (begins) old_faces_.faces.clear();  // another source's
+  if (fade.from && !is_live(fade.from->cue) && (begins || fade.from != fade_->from)) {
     const Fetch fetched = cues_[fade.from->cue].source->fetch(fade.from->frame, old_faces_);
     old_is_new_ = old_is_new_ || fetched == Fetch::kNew;
     if (faces_cue_ == fade.from->cue) faces_ = old_faces_;  // the new cue has none yet
@@ -239,7 +285,12 @@ void ShowFrames::take_fades(PixelFormat format) {
 WarpWork ShowFrames::warp_fade(const MutableImage& frame) noexcept {
   if (frame.format != new_frame_.format()) take_fades(frame.format);
   WarpWork work;
+  const std::chrono::nanoseconds begun = live_is_seen_ ? live_->clock().now() : std::chrono::nanoseconds(0);
   const auto make = [&](std::size_t cue, const FaceSet& faces, ImageBuffer& into) {
+    if (is_live(cue)) {
+      work += live_->warp(into.pixels(), 0);
+      return;
+    }
     work += warps_[cues_[cue].warp].warp->warp_known(faces.faces, {}, into.pixels());
   };
   const bool old_is_black = !fade_->from || old_stands_;  // what stood was of another format
@@ -251,11 +302,16 @@ WarpWork ShowFrames::warp_fade(const MutableImage& frame) noexcept {
   mix(as_const(old_frame_.pixels()), as_const(new_frame_.pixels()), has_new ? fade_->weight : 0, frame,
       pool_);
   warped_with_.reset();  // whatever comes next has nothing in common with it
+  if (live_is_seen_) live_->note_warp_since(begun);
   return work;
 }
 
 WarpWork ShowFrames::warp(const MutableImage& frame, int age) noexcept {
   if (fade_) return warp_fade(frame);
+  if (is_live(faces_cue_)) {
+    warped_with_.reset();
+    return live_->warp(frame, age);
+  }
   const std::size_t index = cues_[faces_cue_].warp;
   CueWarp& by = warps_[index];
   // Frames of another warp lie between the buffer's and the last one in the history.
@@ -265,6 +321,7 @@ WarpWork ShowFrames::warp(const MutableImage& frame, int age) noexcept {
 }
 
 FacePicture ShowFrames::face(std::size_t view) const noexcept {
+  if (is_live(faces_cue_)) return live_->face(view);
   return view < faces_.faces.size() ? FacePicture(faces_.faces[view]) : FacePicture();
 }
 
@@ -296,6 +353,7 @@ void ShowFrames::report(ShowReport& report) const noexcept {
   report.waiting = timeline_.waiting();
   report.files = file_counts();
   const FileFaces* files = cues_[moment_.cue].files;
+  if (live_) live_->report(report);
   report.queue = files ? files->queue() : FileQueue();
   char* end = report.trouble.data();
   if (failed_) end = format_trouble(report.trouble.data(), report.trouble.size() - 1);

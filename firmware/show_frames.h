@@ -11,6 +11,7 @@
 
 #include "firmware/change_history.h"
 #include "firmware/frame_maker.h"
+#include "firmware/live_frames.h"
 #include "firmware/show.h"
 #include "firmware/timeline.h"
 #include "pipeline/warp/frame_warp.h"
@@ -30,9 +31,11 @@ enum class Decoding : std::uint8_t {
 class ShowFrames final : public FrameMaker {
  public:
   // Throws InputError. `pool` is borrowed for the show's life. With `whole_faces` sources make every texel,
-  // not only those the warp reads. Tables come from `cache`, where there is one.
+  // not only those the warp reads. Tables come from `cache`, where there is one. `live` is what live cues
+  // show; without it a show that has some is refused. Its cameras run as long as the show does.
   ShowFrames(const Show& show, Method method, Cpu cpu, WorkerPool& pool, bool whole_faces = false,
-             TableCache* cache = nullptr, Decoding decoding = Decoding::kInTurn);
+             TableCache* cache = nullptr, Decoding decoding = Decoding::kInTurn,
+             std::unique_ptr<LiveFrames> live = nullptr);
 
   Size frame_size() const { return frame_size_; }
   double rate() const override { return rate_; }  // of the first cue
@@ -49,11 +52,12 @@ class ShowFrames final : public FrameMaker {
   std::int64_t texels_unneeded() const { return texels_unneeded_; }
   // Of all cues together.
   FileCounts file_counts() const noexcept;
-  void shown(std::chrono::nanoseconds /*flipped_at*/) noexcept override {}
+  void shown(std::chrono::nanoseconds flipped_at) noexcept override;
 
   // Stands for all that bears on the pixels of the frames but the show's own cues.
   std::vector<std::uint64_t> key() const;
   const FaceSet& faces() const { return faces_; }
+  const LiveFrames* live() const { return live_.get(); }  // null: no cue is live
   const Rig& rig() const { return cues_[moment_.cue].rig; }
   const std::string& cue_name() const { return cues_[moment_.cue].name; }
   void report(ShowReport& report) const noexcept override;
@@ -66,9 +70,9 @@ class ShowFrames final : public FrameMaker {
 
   struct OpenCue {
     std::string name;
-    Rig rig;  // with the sizes of the source's faces
-    std::unique_ptr<FaceSource> source;
-    FileFaces* files = nullptr;  // the source, where it reads files
+    Rig rig;                             // with the sizes of the source's faces
+    std::unique_ptr<FaceSource> source;  // null: live
+    FileFaces* files = nullptr;          // the source, where it reads files
     std::size_t warp = 0;
   };
   struct CueWarp {  // shared by cues with faces of the same sizes
@@ -77,12 +81,17 @@ class ShowFrames final : public FrameMaker {
     std::vector<EvenCells> even;       // of the faces fetched last
     std::int64_t texels_unneeded = 0;  // of one set of faces
   };
+  Change advance_cues(const Moment& moment, std::optional<Fade> fade) noexcept;
+  Change advance_live(const Due& due, Change change) noexcept;
+  bool is_live(std::size_t cue) const { return !cues_[cue].source; }
   void open_ahead(OpenCue& cue, const CueTiming& timing, bool in_step) const;
   // New faces were fetched for `warp`; `changed` as in FaceSet.
   void note(CueWarp& warp, std::span<const ChangedCells> changed) noexcept;
 
   Size frame_size_;
   double rate_ = 60.0;
+  std::unique_ptr<LiveFrames> live_;
+  bool live_is_seen_ = false;
   std::vector<OpenCue> cues_;
   std::vector<CueWarp> warps_;
   Timeline timeline_;

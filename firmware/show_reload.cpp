@@ -229,12 +229,14 @@ Timeline::Place ShowReload::place_in(const ReadyShow& ready) const {
 ShowReload::Open reopen_show(const Show& now, std::string file, std::vector<std::string> overrides,
                              std::string rig, std::string display, Cpu cpu, const TableCache& cache,
                              std::optional<SoundMode> sound, PatternBoard* patterns) {
-  return [size = now.rig.frame.size, sounds = now.sounds(), was = now.sound, sound, patterns,
-          projector = now.devices.projector, file = std::move(file), overrides = std::move(overrides),
-          rig = std::move(rig), display = std::move(display), cpu,
+  return [size = now.rig.frame.size, live = now.live(), sounds = now.sounds(), was = now.sound, sound,
+          patterns, projector = now.devices.projector, file = std::move(file),
+          overrides = std::move(overrides), rig = std::move(rig), display = std::move(display), cpu,
           cache = cache](ReadyShow& ready, bool for_good) mutable {
     const Show show = load_show(file, overrides, rig);
-    if (show.live()) throw InputError(fmt::format("{}: a live show needs a new start", show.file.string()));
+    if (live || show.live()) {
+      throw InputError(fmt::format("{}: a show with live cues needs a new start", show.file.string()));
+    }
     expect_same_sound(show, sounds, was);
     const Size fresh = show.rig.frame.size;
     if (fresh != size) {

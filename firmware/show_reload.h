@@ -108,7 +108,7 @@ enum class Cpu : std::uint8_t;
 
 // Reads the show again as it was read first, for a loop in real time whose frames are `now`'s. Throws
 // InputError where the file, its pictures or its sounds are wrong, and where what has changed needs a new
-// start: the frame's size, the projector, a live show, a first sound, the sound's device, filter.budget_ms.
+// start: the frame's size, the projector, live cues, a first sound, the sound's device, filter.budget_ms.
 // `sound`: what the device takes; none: there is none. `patterns`, borrowed, or null, then draws for the new
 // rig.
 ShowReload::Open reopen_show(const Show& now, std::string file, std::vector<std::string> overrides,

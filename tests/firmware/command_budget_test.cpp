@@ -98,7 +98,7 @@ TEST_F(Budget, IsRefusedBesideAFilterAndWhereItIsNone) {
 
 TEST_F(Budget, IsRefusedWhereTheShowIsLive) {
   expect_refusal({"play", "live", "--set", "rig.filter.budget_ms=8", "--display", "fake", "--seconds", "1"},
-                 2, {"filter.budget_ms", "where the show is live"});
+                 2, {"filter.budget_ms", "where a cue is live"});
 }
 
 }  // namespace

@@ -71,7 +71,33 @@ TEST_F(Live, WhatCamerasSentIsPlayedAgain) {
   EXPECT_THAT(nowhere.err, HasSubstr("/dev/null/r"));
   const Outcome dead = call({"play", "demo", "--display", "fake", "--seconds", "1", "--record", path("r")});
   EXPECT_EQ(dead.code, 2);
-  EXPECT_THAT(dead.err, HasSubstr("--record and --replay are for live shows"));
+  EXPECT_THAT(dead.err, HasSubstr("--record and --replay are for shows with live cues"));
+}
+
+TEST_F(Live, CuesStandAmongOthersAndAreChecked) {
+  write_text(folder_ / "mixed.toml",
+             "rig = \"four-fake-cameras\"\n"
+             "[[cue]]\nname = \"title\"\nsource = \"generated\"\nworld = \"bars\"\nface_size = [64, "
+             "64]\nduration_s = 0.5\n"
+             "[[cue]]\nname = \"outside\"\nsource = \"live\"\ntransition = \"fade\"\nfade_s = "
+             "0.2\nduration_s = 0.5\n");
+  const std::vector<std::string> small = {"--set", "rig.frame.width=64", "--set", "rig.frame.height=64"};
+  const auto of_mixed = [&](std::vector<std::string> words) {
+    words.insert(words.begin() + 1, path("mixed.toml"));
+    words.insert(words.end(), small.begin(), small.end());
+    return call(words);
+  };
+  const Outcome played =
+      of_mixed({"play", "--display", "fake", "--fast-forward", "--stats", path("mixed.json")});
+  ASSERT_EQ(played.code, 0) << played.err;
+  const auto stats = nlohmann::json::parse(read_text(folder_ / "mixed.json"));
+  EXPECT_EQ(stats["frames_presented"], 60) << "it ends by itself";
+  EXPECT_GE(stats["live"]["whole_sets"], 58) << "the cameras do not wait for their cue";
+  const Outcome checked = of_mixed({"check"});
+  EXPECT_THAT(checked.out, HasSubstr("cue outside: live, 4 cameras; cupola check --rig "));
+  const Outcome none = of_mixed({"check", "--rig", "omnimax"});
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.err, HasSubstr("cue outside: is live, but "));
 }
 
 TEST_F(Live, ALiveShowWantsCamerasAndTheRightClock) {

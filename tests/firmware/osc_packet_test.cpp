@@ -16,7 +16,6 @@ namespace {
 using testing::HasSubstr;
 
 const std::vector<std::string> kCues = {"opening", "dome", "7"};
-const CommandScope kShow{kCues, false};
 
 std::vector<OscMessage> read(const std::string& packet) {
   return read_osc_packet({reinterpret_cast<const std::uint8_t*>(packet.data()), packet.size()});
@@ -46,7 +45,7 @@ std::string message(const char* address, lo_message made) {
 }
 
 std::optional<PlayerCommand> parsed(const char* word, std::vector<OscValue> values) {
-  return parse_osc_command(word, values, kShow);
+  return parse_osc_command(word, values, kCues);
 }
 
 TEST(OscPacket, HasTheValuesThatLibloSends) {
@@ -122,22 +121,22 @@ TEST(OscAddress, IsTheCommandAfterTheTokenIfThereIsOne) {
 }
 
 TEST(OscCommand, TakesNumbersAndTextsAsTheOthersTakeText) {
-  EXPECT_EQ(parsed("seek", {12.5}), parse_command("seek", "12.5", kShow));
-  EXPECT_EQ(parsed("seek", {std::int64_t{12}}), parse_command("seek", "12", kShow));
-  EXPECT_EQ(parsed("seek", {std::string("12.5")}), parse_command("seek", "12.5", kShow));
-  EXPECT_EQ(parsed("cue", {std::int64_t{2}}), parse_command("cue", "dome", kShow));
-  EXPECT_EQ(parsed("cue", {2.0}), parse_command("cue", "dome", kShow));
-  EXPECT_EQ(parsed("cue", {std::string("dome")}), parse_command("cue", "dome", kShow));
-  EXPECT_EQ(parsed("cue", {std::int64_t{7}}), parse_command("cue", "7", kShow));  // names go first
-  EXPECT_EQ(parsed("fade", {std::string("out"), 2.5}), parse_command("fade", "out 2.5", kShow));
-  EXPECT_EQ(parsed("fade", {}), parse_command("fade", "", kShow));
-  EXPECT_EQ(parsed("volume", {79.6}), parse_command("volume", "80", kShow));  // a fader
-  EXPECT_EQ(parsed("volume", {std::string("+5")}), parse_command("volume", "+5", kShow));
-  EXPECT_EQ(parsed("test-pattern", {std::string("grid")}), parse_command("test-pattern", "grid", kShow));
+  EXPECT_EQ(parsed("seek", {12.5}), parse_command("seek", "12.5", kCues));
+  EXPECT_EQ(parsed("seek", {std::int64_t{12}}), parse_command("seek", "12", kCues));
+  EXPECT_EQ(parsed("seek", {std::string("12.5")}), parse_command("seek", "12.5", kCues));
+  EXPECT_EQ(parsed("cue", {std::int64_t{2}}), parse_command("cue", "dome", kCues));
+  EXPECT_EQ(parsed("cue", {2.0}), parse_command("cue", "dome", kCues));
+  EXPECT_EQ(parsed("cue", {std::string("dome")}), parse_command("cue", "dome", kCues));
+  EXPECT_EQ(parsed("cue", {std::int64_t{7}}), parse_command("cue", "7", kCues));  // names go first
+  EXPECT_EQ(parsed("fade", {std::string("out"), 2.5}), parse_command("fade", "out 2.5", kCues));
+  EXPECT_EQ(parsed("fade", {}), parse_command("fade", "", kCues));
+  EXPECT_EQ(parsed("volume", {79.6}), parse_command("volume", "80", kCues));  // a fader
+  EXPECT_EQ(parsed("volume", {std::string("+5")}), parse_command("volume", "+5", kCues));
+  EXPECT_EQ(parsed("test-pattern", {std::string("grid")}), parse_command("test-pattern", "grid", kCues));
 }
 
 TEST(OscCommand, IsGivenByPressingAButtonAndNotByLettingItGo) {
-  const PlayerCommand go = parse_command("go", "", kShow);
+  const PlayerCommand go = parse_command("go", "", kCues);
   for (const OscValue& press : std::vector<OscValue>{1.0, std::int64_t{1}, true, OscImpulse(), 0.5})
     EXPECT_EQ(parsed("go", {press}), go);
   EXPECT_EQ(parsed("go", {}), go);

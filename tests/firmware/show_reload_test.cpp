@@ -198,7 +198,7 @@ TEST_F(Reload, OfAMissingFileOrAnUnknownWorldOrALiveShowIsRefused) {
       write("[[cue]]\nname = \"a\"\nsource = \"live\"\n");
       ask();
       step = 3;
-    } else if (step == 3 && trouble.find("live show") != std::string::npos) {
+    } else if (step == 3 && trouble.find("live cues") != std::string::npos) {
       EXPECT_THAT(trouble, HasSubstr("needs a new start"));
       write(cue("a", "demo"));
       ask();
