@@ -129,6 +129,11 @@ class Camera {
   virtual void give_back(const CameraFrame& frame) noexcept = 0;
   // Can be read when poll() has something to say; -1 while stopped.
   virtual int descriptor() const noexcept = 0;
+  // Of CameraControl's names "exposure", "gain" and "frame_time" (microseconds from one frame to the next),
+  // for the frames to come, as near as the device can. False while stopped, and where it has no such control
+  // or does not take the value. May take as long as the device does and may allocate; another thread may poll
+  // meanwhile.
+  virtual bool set_control(const CameraControl& /*control*/) noexcept { return false; }
 };
 
 // "YUYV", as V4L2's FourCCs; and the format of such a name, or false.

@@ -20,10 +20,14 @@ constexpr std::uint32_t kBackwards = std::uint32_t{1} << 31;
 
 }  // namespace
 
-CameraWatch::CameraWatch(Camera& camera, CameraSetup setup, Clock& clock, nanoseconds patience)
-    : camera_(camera), setup_(std::move(setup)), clock_(clock), patience_(patience) {}
+CameraWatch::CameraWatch(Camera& camera, CameraSetup setup, Clock& clock, nanoseconds patience,
+                         Starting starting)
+    : camera_(camera), setup_(std::move(setup)), clock_(clock), patience_(patience) {
+  if (starting == Starting::kOnAThread) chores_.emplace(camera);
+}
 
 CameraWatch::~CameraWatch() {
+  chores_.reset();
   camera_.stop();
 }
 
@@ -31,8 +35,12 @@ CameraWatch::Poll CameraWatch::poll(CameraFrame& frame) noexcept {
   if (!running_) {
     if (clock_.now() < next_start_) return Poll::kNothing;
     CameraTrouble trouble;
-    if (!start(trouble)) return report(trouble);
+    const Start started = start(trouble);
+    if (started == Start::kUnderWay) return Poll::kNothing;
+    if (started == Start::kFailed) return report(trouble);
+    turned_ = std::any_of(dials_.begin(), dials_.end(), [](const auto& dial) { return !dial.name.empty(); });
   }
+  set_dials();
   if (first_) {
     frame = *first_;
     first_.reset();
@@ -79,6 +87,7 @@ void CameraWatch::give_back(const CameraFrame& frame) noexcept {
 }
 
 void CameraWatch::stop() noexcept {
+  if (chores_) chores_->finish();
   camera_.stop();
   running_ = false;
   reported_ = false;
@@ -93,14 +102,45 @@ void CameraWatch::set_setup(CameraSetup setup) {
   agreed_ = false;
 }
 
+int CameraWatch::descriptor() const noexcept {
+  if (running_) return camera_.descriptor();
+  return chores_ && chores_->starting() ? chores_->descriptor() : -1;
+}
+
 nanoseconds CameraWatch::deadline() const noexcept {
+  if (chores_ && chores_->starting()) return nanoseconds::max();
   if (!running_) return next_start_;
   return first_ ? alive_at_ : silence_ends();
 }
 
-bool CameraWatch::start(CameraTrouble& trouble) noexcept {
-  const auto started = camera_.start(setup_);
-  const CameraMode* mode = std::get_if<CameraMode>(&started);
+// What came of a start; none: it is under way.
+std::optional<CameraStart> CameraWatch::begun() noexcept {
+  if (!chores_) return camera_.start(setup_);
+  if (!chores_->starting()) chores_->begin_start(setup_);
+  return chores_->take_start();
+}
+
+void CameraWatch::turn(Dial dial, double value) noexcept {
+  constexpr std::array<const char*, CameraChores::kMostControls> kNames = {"exposure", "gain", "frame_time"};
+  const auto d = static_cast<std::size_t>(dial);
+  dials_[d].name = kNames[d];
+  dials_[d].value = value;
+  turned_ = true;
+}
+
+void CameraWatch::set_dials() noexcept {
+  if (!turned_ || (chores_ && chores_->setting())) return;
+  turned_ = false;
+  if (chores_) return chores_->begin_controls(dials_);
+  for (const CameraControl& dial : dials_) {
+    if (!dial.name.empty()) camera_.set_control(dial);
+  }
+}
+
+CameraWatch::Start CameraWatch::start(CameraTrouble& trouble) noexcept {
+  const std::optional<CameraStart> started = begun();
+  if (!started) return Start::kUnderWay;
+  const CameraMode* mode = std::get_if<CameraMode>(&*started);
   if (mode && is_as_agreed(*mode)) {
     mode_ = *mode;
     agreed_ = true;
@@ -110,19 +150,19 @@ bool CameraWatch::start(CameraTrouble& trouble) noexcept {
     count_.reset();
     run_begins_ = any_ ? sequence_ + 1 : 0;
     clock_offset_ = 0;
-    return true;
+    return Start::kDone;
   }
   if (mode) {
     camera_.stop();
     trouble = {CameraCause::kChanged, "mode", 0};
   } else {
-    trouble = *std::get_if<CameraTrouble>(&started);
+    trouble = *std::get_if<CameraTrouble>(&*started);
     // It did what it is asked for before.
     if (agreed_ && trouble.cause == CameraCause::kUnsupported) trouble.cause = CameraCause::kChanged;
   }
   ++counts_.failed_starts;
   next_start_ = clock_.now() + period();
-  return false;
+  return Start::kFailed;
 }
 
 bool CameraWatch::is_as_agreed(const CameraMode& mode) const noexcept {

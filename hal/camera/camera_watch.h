@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "hal/camera/camera.h"
+#include "hal/camera/camera_chores.h"
 #include "hal/time/clock.h"
 
 namespace cupola {
@@ -31,11 +32,17 @@ struct CameraCounts {
 
 class CameraWatch {
  public:
+  enum class Starting : std::uint8_t {
+    kInPoll,     // by poll(), which takes as long as the device does: the same steps every time
+    kOnAThread,  // of the watch's own; poll() says kNothing meanwhile. Controls are set there too
+  };
   // `camera` and `clock` are borrowed for the watch's life. `patience`: the longest silence that is taken for
   // life. A lost camera is tried again at once, then every frame period (40 ms where the rate is not known);
   // one that was started and sent nothing yet, every two seconds. A setup that names a size is kept to: a
-  // camera that comes back with another format, size or crop than it had is not taken (kChanged).
-  CameraWatch(Camera& camera, CameraSetup setup, Clock& clock, std::chrono::nanoseconds patience);
+  // camera that comes back with another format, size or crop than it had is not taken (kChanged). With
+  // kOnAThread throws std::system_error where there is no thread to be had.
+  CameraWatch(Camera& camera, CameraSetup setup, Clock& clock, std::chrono::nanoseconds patience,
+              Starting starting = Starting::kInPoll);
   ~CameraWatch();
   CameraWatch(const CameraWatch&) = delete;
   CameraWatch& operator=(const CameraWatch&) = delete;
@@ -53,11 +60,19 @@ class CameraWatch {
   Poll poll(CameraFrame& frame) noexcept;
   // Frames of a run that is over are passed over.
   void give_back(const CameraFrame& frame) noexcept;
-  // Ends the stream; the next poll begins it again. With another setup: reconfigures.
+  // Ends the stream; the next poll begins it again. With another setup: reconfigures. Both wait for a start
+  // that is under way.
   void stop() noexcept;
   void set_setup(CameraSetup setup);
 
-  int descriptor() const noexcept { return running_ ? camera_.descriptor() : -1; }
+  // From the next poll on, and again in every stream that begins; a value that the device does not take is
+  // lost. Does not allocate.
+  enum class Dial : std::uint8_t { kExposure, kGain, kFrameTime };  // Camera::set_control()'s
+  void turn(Dial dial, double value) noexcept;
+
+  // Can be read when poll() has something to say; -1: not before deadline().
+  int descriptor() const noexcept;
+  bool running() const noexcept { return running_; }  // started, though perhaps no frame came yet
   // When poll() should be called at the latest: the watchdog's or the next start's time.
   std::chrono::nanoseconds deadline() const noexcept;
   CameraState state() const noexcept { return state_; }
@@ -66,7 +81,10 @@ class CameraWatch {
   const CameraCounts& counts() const noexcept { return counts_; }
 
  private:
-  bool start(CameraTrouble& trouble) noexcept;
+  enum class Start : std::uint8_t { kDone, kUnderWay, kFailed };
+  Start start(CameraTrouble& trouble) noexcept;
+  std::optional<CameraStart> begun() noexcept;
+  void set_dials() noexcept;
   Poll lose(const CameraTrouble& trouble) noexcept;
   Poll listen() noexcept;
   Poll report(const CameraTrouble& trouble) noexcept;
@@ -77,11 +95,14 @@ class CameraWatch {
   std::chrono::nanoseconds silence_ends() const noexcept;
 
   Camera& camera_;
+  std::optional<CameraChores> chores_;  // none: kInPoll
   CameraSetup setup_;
+  CameraChores::Controls dials_;  // those that were turned
+  bool turned_ = false;           // and the stream has not got them yet
   Clock& clock_;
   std::chrono::nanoseconds patience_;
   CameraState state_ = CameraState::kLost;
-  bool running_ = false;   // started, though perhaps no frame came yet
+  bool running_ = false;
   bool reported_ = false;  // this loss was told
   bool agreed_ = false;    // mode_ is of this setup
   CameraMode mode_;

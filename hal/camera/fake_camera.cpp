@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <new>
 #include <stdexcept>
 #include <utility>
@@ -33,6 +34,10 @@ CameraArea crop_to(const CameraArea& wanted, int width, int height) {
   return {left, top, right - left, bottom - top};
 }
 
+bool is_known(const CameraControl& control) {
+  return control.name == "exposure" || control.name == "gain" || control.name == "auto_exposure";
+}
+
 // Of the frame what lies inside the area.
 void cut(CameraFrame& frame, const CameraArea& area) {
   frame.width = area.width;
@@ -56,7 +61,9 @@ std::variant<CameraMode, CameraTrouble> FakeCamera::start(const CameraSetup& set
   }
   if (const auto trouble = refusal(now)) return *trouble;
   if (fault(CameraFault::kStartFails, now)) return CameraTrouble{CameraCause::kFailed, "start", EIO};
-  if (!setup.controls.empty()) return CameraTrouble{CameraCause::kUnsupported, "controls", EINVAL};
+  if (!std::all_of(setup.controls.begin(), setup.controls.end(), is_known)) {
+    return CameraTrouble{CameraCause::kUnsupported, "controls", EINVAL};
+  }
   if (setup.buffers < 2 || setup.buffers > static_cast<int>(kMostBuffers)) {
     return CameraTrouble{CameraCause::kUnsupported, "buffers", EINVAL};
   }
@@ -93,7 +100,8 @@ std::variant<CameraMode, CameraTrouble> FakeCamera::start(const CameraSetup& set
   mode_ = mode;
   places_.fill(Place::kDevice);
   readies_ = 0;
-  started_at_ = now;
+  counts_from_ = now;
+  first_ = 0;
   period_ns_ = 1e9 / mode.rate * (1.0 + device_.drift_ppm * 1e-6);
   next_ = 0;
   sequence_ = device_.first_sequence;
@@ -137,6 +145,18 @@ void FakeCamera::give_back(const CameraFrame& frame) noexcept {
   places_[index] = Place::kDevice;
 }
 
+bool FakeCamera::set_control(const CameraControl& control) noexcept {
+  if (phase_ != Phase::kRunning) return false;
+  if (control.name != "frame_time") return is_known(control);
+  if (!(control.value > 0.0)) return false;
+  capture(clock_.now());
+  counts_from_ += nanoseconds(std::llround(period_ns_ * static_cast<double>(next_ - first_)));
+  first_ = next_;
+  period_ns_ = 1e3 * control.value * (1.0 + device_.drift_ppm * 1e-6);
+  wind_alarm();
+  return true;
+}
+
 void FakeCamera::begin_fault(CameraFault kind, std::int64_t amount) {
   device_.faults.push_back({kind, clock_.now(), nanoseconds::max(), amount});
   if (phase_ == Phase::kRunning) wind_alarm();
@@ -168,7 +188,7 @@ std::optional<CameraTrouble> FakeCamera::refusal(nanoseconds now) const noexcept
 }
 
 nanoseconds FakeCamera::due(std::uint64_t frame) const noexcept {
-  const double ideal = period_ns_ * static_cast<double>(frame + 1);
+  const double ideal = period_ns_ * static_cast<double>(frame + 1 - first_);
   std::int64_t late = 0;
   if (device_.jitter > nanoseconds(0)) {
     // splitmix64: the same lateness for the same frame of the same camera.
@@ -178,7 +198,7 @@ nanoseconds FakeCamera::due(std::uint64_t frame) const noexcept {
     hash ^= hash >> 31;
     late = static_cast<std::int64_t>(hash % static_cast<std::uint64_t>(device_.jitter.count()));
   }
-  return started_at_ + nanoseconds(static_cast<std::int64_t>(ideal) + late);
+  return counts_from_ + nanoseconds(static_cast<std::int64_t>(ideal) + late);
 }
 
 void FakeCamera::capture(nanoseconds now) noexcept {

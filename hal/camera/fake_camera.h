@@ -68,6 +68,9 @@ class FakeCamera final : public Camera {
   CameraPoll poll(CameraFrame& frame, CameraTrouble& trouble) noexcept override;
   void give_back(const CameraFrame& frame) noexcept override;
   int descriptor() const noexcept override { return phase_ == Phase::kStopped ? -1 : alarm_; }
+  // Takes exposure, gain and auto_exposure, which its pictures do not show, and frame_time from the next
+  // frame on.
+  bool set_control(const CameraControl& control) noexcept override;
 
   // From now on, until end_faults().
   void begin_fault(CameraFault kind, std::int64_t amount = 100);
@@ -108,7 +111,9 @@ class FakeCamera final : public Camera {
   std::array<Ready, kMostBuffers> ready_{};  // a ring
   std::size_t first_ready_ = 0;
   std::size_t readies_ = 0;
-  std::chrono::nanoseconds started_at_{0};
+  std::chrono::nanoseconds counts_from_{
+      0};  // when frame first_ - 1 of this period was due, or would have been
+  std::uint64_t first_ = 0;
   double period_ns_ = 0.0;
   std::uint64_t next_ = 0;      // frame of this run
   std::uint32_t sequence_ = 0;  // of the next frame

@@ -36,6 +36,10 @@ void LibcameraCamera::give_back(const CameraFrame& frame) noexcept {
   if (stream_) stream_->give_back(frame.buffer);
 }
 
+bool LibcameraCamera::set_control(const CameraControl& control) noexcept {
+  return stream_ && stream_->set_control(control);
+}
+
 int LibcameraCamera::descriptor() const noexcept {
   return stream_ ? stream_->descriptor() : -1;
 }

@@ -26,6 +26,7 @@ class LibcameraCamera final : public Camera {
   CameraPoll poll(CameraFrame& frame, CameraTrouble& trouble) noexcept override;
   void give_back(const CameraFrame& frame) noexcept override;
   int descriptor() const noexcept override;
+  bool set_control(const CameraControl& control) noexcept override;
 
  private:
   LibcameraSystem& system_;

@@ -100,6 +100,19 @@ double set_rate(double rate, const libcamera::ControlInfoMap& known, libcamera::
   return std::abs(1e6 / rate - microseconds) < 0.5 ? rate : 1e6 / microseconds;
 }
 
+}  // namespace
+
+bool set_control(const CameraControl& control, const libcamera::Camera& camera,
+                 libcamera::ControlList& controls) {
+  const libcamera::ControlInfoMap& known = camera.controls();
+  if (control.name == "frame_time") return set_rate(1e6 / control.value, known, controls) > 0.0;
+  CameraSetup setup;
+  setup.controls = {control};
+  return !set_named(setup, known, controls);
+}
+
+namespace {
+
 CameraArea area_of(const libcamera::Rectangle& area) {
   return {area.x, area.y, static_cast<int>(area.width), static_cast<int>(area.height)};
 }

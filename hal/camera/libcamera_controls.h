@@ -20,4 +20,9 @@ std::optional<CameraArea> size_of_crop(const CameraSetup& setup, const libcamera
 std::optional<CameraTrouble> set_controls(const CameraSetup& setup, const libcamera::Camera& camera,
                                           libcamera::ControlList& controls, CameraMode& mode);
 
+// One of Camera::set_control(), for a camera that streams; false where it has none or does not take the
+// value.
+bool set_control(const CameraControl& control, const libcamera::Camera& camera,
+                 libcamera::ControlList& controls);
+
 }  // namespace cupola

@@ -342,10 +342,24 @@ void LibcameraStream::carry_back() noexcept {
   }
 }
 
+bool LibcameraStream::set_control(const CameraControl& control) noexcept {
+  try {
+    const std::lock_guard lock(waiting_mutex_);
+    if (!waiting_) waiting_.emplace(camera_->controls());
+    return cupola::set_control(control, *camera_, *waiting_);
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
 void LibcameraStream::queue_again(Buffer& buffer) noexcept {
   int error = ENOMEM;
   try {
     buffer.request->reuse(libcamera::Request::ReuseBuffers);
+    if (const std::lock_guard lock(waiting_mutex_); waiting_) {
+      for (const auto& [id, value] : *waiting_) buffer.request->controls().set(id, value);
+      waiting_.reset();
+    }
     error = -camera_->queueRequest(buffer.request.get());
   } catch (const std::exception&) {
   }

@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <thread>
 #include <variant>
@@ -33,6 +34,8 @@ class LibcameraStream {
   CameraPoll poll(CameraFrame& frame, CameraTrouble& trouble) noexcept;
   void give_back(int buffer) noexcept;
   int descriptor() const noexcept { return arrived_.descriptor(); }
+  // For the next request; any thread.
+  bool set_control(const CameraControl& control) noexcept;
 
  private:
   struct Buffer {
@@ -71,6 +74,8 @@ class LibcameraStream {
   HandOver arrived_;             // numbers of completed buffers, to the caller's thread
   HandOver returned_;            // numbers of buffers given back, to the courier
   std::atomic<int> refused_{0};  // errno of the courier's failure
+  std::mutex waiting_mutex_;
+  std::optional<libcamera::ControlList> waiting_;  // controls for the next request
   std::thread courier_;
   std::size_t cancelled_ = 0;  // requests in a row
   std::optional<CameraTrouble> lost_;

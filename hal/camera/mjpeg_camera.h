@@ -36,6 +36,7 @@ class MjpegCamera final : public Camera {
   CameraPoll poll(CameraFrame& frame, CameraTrouble& trouble) noexcept override;
   void give_back(const CameraFrame& frame) noexcept override;
   int descriptor() const noexcept override;
+  bool set_control(const CameraControl& control) noexcept override { return device_->set_control(control); }
 
  private:
   struct Event {

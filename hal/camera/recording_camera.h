@@ -24,6 +24,7 @@ class RecordingCamera final : public Camera {
   CameraPoll poll(CameraFrame& frame, CameraTrouble& trouble) noexcept override;
   void give_back(const CameraFrame& frame) noexcept override;
   int descriptor() const noexcept override { return device_->descriptor(); }
+  bool set_control(const CameraControl& control) noexcept override { return device_->set_control(control); }
 
   RecorderCounts counts() const noexcept { return recorder_->counts(); }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <new>
 
 #include "hal/camera/camera_planes.h"
 #include "hal/camera/v4l2_controls.h"
@@ -93,6 +94,16 @@ CameraPoll V4l2Camera::poll(CameraFrame& frame, CameraTrouble& trouble) noexcept
   if ((filled.buffer.flags & V4L2_BUF_FLAG_ERROR) == 0 && is_whole(frame)) return CameraPoll::kFrame;
   if (const int error = buffers_.queue(node_, filled.buffer.index)) loss_ = refused("VIDIOC_QBUF", error);
   return CameraPoll::kDamaged;
+}
+
+// Drivers set no frame time while they stream.
+bool V4l2Camera::set_control(const CameraControl& control) noexcept {
+  if (!streaming_ || control.name == "frame_time") return false;
+  try {
+    return set_nearest_control(node_, control);
+  } catch (const std::bad_alloc&) {
+    return false;
+  }
 }
 
 void V4l2Camera::give_back(const CameraFrame& frame) noexcept {

@@ -26,6 +26,7 @@ class V4l2Camera final : public Camera {
   CameraPoll poll(CameraFrame& frame, CameraTrouble& trouble) noexcept override;
   void give_back(const CameraFrame& frame) noexcept override;
   int descriptor() const noexcept override { return node_.descriptor; }
+  bool set_control(const CameraControl& control) noexcept override;
 
  private:
   std::optional<CameraTrouble> set_up(const CameraSetup& setup);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 #include "hal/camera/v4l2_controls.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
@@ -103,8 +104,11 @@ bool is_number(__u32 type) {
   }
 }
 
-// errno, or 0. ERANGE for values that the control has not.
-int set_value(const V4l2Node& node, const v4l2_query_ext_ctrl& found, Unit unit, double value) noexcept {
+enum class Beyond : std::uint8_t { kRefused, kNearest };  // what becomes of values that a control has not
+
+// errno, or 0. ERANGE for values that are refused.
+int set_value(const V4l2Node& node, const v4l2_query_ext_ctrl& found, Unit unit, double value,
+              Beyond beyond) noexcept {
   if (!is_number(found.type) || (found.flags & V4L2_CTRL_FLAG_DISABLED) != 0) return EINVAL;
   if (unit == Unit::kAutoExposure) {
     // Drivers have one or the other of each.
@@ -120,10 +124,11 @@ int set_value(const V4l2Node& node, const v4l2_query_ext_ctrl& found, Unit unit,
     value *= static_cast<double>(found.minimum);
   }
   if (unit == Unit::kOnOff) value = value != 0.0 ? 1.0 : 0.0;
-  const double rounded = std::round(value);
+  double rounded = std::round(value);
   const bool is_bits = found.type == V4L2_CTRL_TYPE_BITMASK || found.type == V4L2_CTRL_TYPE_BUTTON;
   const double least = is_bits ? 0.0 : static_cast<double>(found.minimum);
   const double most = is_bits ? 4294967295.0 : static_cast<double>(found.maximum);
+  if (beyond == Beyond::kNearest && !std::isnan(rounded)) rounded = std::clamp(rounded, least, most);
   if (!(rounded >= least && rounded <= most)) return ERANGE;
   return set(node, found, static_cast<std::int64_t>(rounded));
 }
@@ -137,7 +142,7 @@ std::optional<CameraTrouble> outcome(const char* step, int error) noexcept {
   return trouble;
 }
 
-std::optional<CameraTrouble> set_one(const V4l2Node& node, const CameraControl& control) {
+std::optional<CameraTrouble> set_one(const V4l2Node& node, const CameraControl& control, Beyond beyond) {
   v4l2_query_ext_ctrl found{};
   int error = EINVAL;
   const KnownControl* meant = nullptr;
@@ -150,12 +155,12 @@ std::optional<CameraTrouble> set_one(const V4l2Node& node, const CameraControl& 
     if (error == 0) break;
   }
   if (meant) {
-    if (error == 0) error = set_value(node, found, meant->unit, control.value);
+    if (error == 0) error = set_value(node, found, meant->unit, control.value, beyond);
     return outcome(meant->name, error);
   }
   error = find(node, found,
                [&](std::string_view name) { return name == control.name || plain(name) == control.name; });
-  if (error == 0) error = set_value(node, found, Unit::kDrivers, control.value);
+  if (error == 0) error = set_value(node, found, Unit::kDrivers, control.value, beyond);
   return outcome("the driver's control", error);
 }
 
@@ -172,10 +177,14 @@ std::optional<CameraTrouble> set_controls(const V4l2Node& node, std::span<const 
   for (const bool automatic : {true, false}) {
     for (const CameraControl& control : controls) {
       if (is_automatic(control) != automatic) continue;
-      if (const auto trouble = set_one(node, control)) return trouble;
+      if (const auto trouble = set_one(node, control, Beyond::kRefused)) return trouble;
     }
   }
   return std::nullopt;
+}
+
+bool set_nearest_control(const V4l2Node& node, const CameraControl& control) {
+  return !set_one(node, control, Beyond::kNearest);
 }
 
 }  // namespace cupola

@@ -15,4 +15,8 @@ namespace cupola {
 // writing them ("gain_red").
 std::optional<CameraTrouble> set_controls(const V4l2Node& node, std::span<const CameraControl> controls);
 
+// One of them, to the nearest value that the driver has; false where there is no such control, or it does not
+// take that.
+bool set_nearest_control(const V4l2Node& node, const CameraControl& control);
+
 }  // namespace cupola

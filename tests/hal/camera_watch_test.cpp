@@ -4,6 +4,8 @@
 
 #include <cerrno>
 #include <deque>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -41,6 +43,10 @@ class ScriptedCamera final : public Camera {
   }
   void give_back(const CameraFrame&) noexcept override { --lent; }
   int descriptor() const noexcept override { return 17; }
+  bool set_control(const CameraControl& control) noexcept override {
+    controls.emplace_back(control.name, control.value);
+    return control.name != "gain";
+  }
 
   void send(std::uint64_t sequence, nanoseconds captured_at) {
     CameraFrame frame;
@@ -60,6 +66,7 @@ class ScriptedCamera final : public Camera {
   std::deque<CameraFrame> frames;
   bool endless_damage = false;
   CameraSetup asked;
+  std::vector<std::pair<std::string, double>> controls;
   int starts = 0;
   int stops = 0;
   int lent = 0;
@@ -110,6 +117,27 @@ TEST_F(Watch, SaysThatTheCameraCameBeforeItsFirstFrame) {
   EXPECT_EQ(watch_.poll(frame_), Poll::kNothing);
   EXPECT_EQ(watch_.deadline(), clock_.now() + 50ms);
   EXPECT_EQ(watch_.counts().frames, 1U);
+}
+
+TEST_F(Watch, TurnsDialsOnceAndAgainInEveryStreamThatBegins) {
+  using Dial = CameraWatch::Dial;
+  watch_.turn(Dial::kExposure, 4000.0);
+  EXPECT_TRUE(camera_.controls.empty()) << "there is no stream yet";
+  begin();
+  const std::pair<std::string, double> exposure{"exposure", 4000.0};
+  EXPECT_EQ(camera_.controls, std::vector{exposure});
+  watch_.turn(Dial::kGain, 2.0);
+  watch_.turn(Dial::kFrameTime, 10010.0);
+  camera_.controls.clear();
+  watch_.poll(frame_);
+  watch_.poll(frame_);
+  const std::vector<std::pair<std::string, double>> all = {exposure, {"gain", 2.0}, {"frame_time", 10010.0}};
+  EXPECT_EQ(camera_.controls, all) << "refused ones are not tried again and again";
+  camera_.controls.clear();
+  camera_.loss = CameraTrouble{CameraCause::kMissing, "poll", 0};
+  EXPECT_EQ(watch_.poll(frame_), Poll::kLost);
+  EXPECT_EQ(watch_.poll(frame_), Poll::kNothing);
+  EXPECT_EQ(camera_.controls, all) << "the camera forgot them";
 }
 
 TEST_F(Watch, TellsAFailedFirstStartOnceAndTriesEveryPeriod) {

@@ -128,6 +128,36 @@ TEST(FakeCamera, DriftsAndTrembles) {
   EXPECT_NEAR(static_cast<double>((longest - shortest).count()), 4e6, 1e5);
 }
 
+TEST(FakeCamera, TakesAnotherFrameTimeFromTheNextFrameOn) {
+  FakeClock clock;
+  FakeCamera camera(clock, {});
+  EXPECT_FALSE(camera.set_control({"frame_time", 20000.0})) << "not while it is stopped";
+  camera.start({});
+  std::vector<nanoseconds> stamps;
+  const auto run = [&](int frames) {
+    while (frames > 0) {
+      CameraFrame frame;
+      CameraTrouble trouble;
+      if (camera.poll(frame, trouble) == CameraPoll::kFrame) {
+        stamps.push_back(frame.captured_at);
+        camera.give_back(frame);
+        --frames;
+        continue;
+      }
+      const std::array<int, 1> descriptors = {camera.descriptor()};
+      clock.wait(descriptors, clock.now() + 1s);
+    }
+  };
+  run(3);
+  EXPECT_TRUE(camera.set_control({"frame_time", 20000.0}));
+  EXPECT_FALSE(camera.set_control({"frame_time", 0.0}));
+  EXPECT_FALSE(camera.set_control({"focus", 1.0}));
+  run(3);
+  EXPECT_NEAR(static_cast<double>((stamps[2] - stamps[1]).count()), 16'666'667.0, 2.0);
+  EXPECT_EQ(stamps[3] - stamps[2], 20ms);
+  EXPECT_EQ(stamps[5] - stamps[4], 20ms);
+}
+
 TEST(FakeCamera, FollowsItsScript) {
   FakeClock clock;
   FakeCameraDevice device;
@@ -170,7 +200,7 @@ TEST(FakeCamera, RefusesWhatItHasNot) {
   setup.formats = {CameraFormat::kGrey};
   EXPECT_EQ(cause(setup), CameraCause::kUnsupported);
   setup = {};
-  setup.controls = {{"gain", 2.0}};
+  setup.controls = {{"focus", 2.0}};
   EXPECT_EQ(cause(setup), CameraCause::kUnsupported);
   setup = {};
   setup.buffers = 1;

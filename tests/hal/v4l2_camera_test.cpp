@@ -553,6 +553,21 @@ TEST_F(V4l2, SetsControlsInTheDriversUnits) {
   EXPECT_EQ(node.control("White Balance, Automatic"), 1);
 }
 
+TEST_F(V4l2, SetsControlsWhileItStreamsToTheNearestThatTheDriverHas) {
+  FakeV4l2Node& node = calls_.add(controlled());
+  EXPECT_FALSE(camera_.set_control({"exposure", 12345.0})) << "it is stopped";
+  start({});
+  EXPECT_TRUE(camera_.set_control({"auto_exposure", 0.0}));
+  EXPECT_TRUE(camera_.set_control({"exposure", 12345.0}));
+  EXPECT_EQ(node.control("Exposure Time, Absolute"), 123);
+  EXPECT_TRUE(camera_.set_control({"exposure", 3.0}));
+  EXPECT_EQ(node.control("Exposure Time, Absolute"), 1);
+  EXPECT_TRUE(camera_.set_control({"gain", 99.0}));
+  EXPECT_EQ(node.control("Analogue Gain"), 256);
+  EXPECT_FALSE(camera_.set_control({"frame_time", 16667.0}));
+  EXPECT_FALSE(camera_.set_control({"gain", 0.0 / 0.0}));
+}
+
 TEST_F(V4l2, RefusesControlsAndValuesThatTheDriverHasNot) {
   FakeV4l2Node& node = calls_.add(controlled());
   const std::vector<CameraControl> wrong = {
