@@ -23,7 +23,7 @@ LiveBench measure_live(const Rig& rig, PacedCameraDevice camera, std::chrono::na
     cameras.emplace_back(std::move(settings), std::make_unique<PacedCamera>(clock, camera), clock);
     ++camera.number;
   }
-  LiveFrames live(rig, std::move(cameras), SyncSettings{}, cpu, pool, clock);
+  LiveFrames live(rig, std::move(cameras), LiveSettings{}, cpu, pool, clock);
   FakeDisplay display(clock, rig.frame.size.width, rig.frame.size.height);
   FrameLoop loop(live, display, clock, pool);
   loop.run(time);

@@ -58,7 +58,12 @@ void print_colours(const RigDevices& devices) {
     locked += fmt::format(" {} ({:.3f} {:.3f} {:.3f})", camera.view, camera.colour->gain[0],
                           camera.colour->gain[1], camera.colour->gain[2]);
   }
-  if (devices.match_colours) fmt::print("colours: matched, slowly\n");
+  if (devices.live.match_colours) fmt::print("colours: matched, slowly\n");
+  if (const auto& drive = devices.live.exposure) {
+    fmt::print(
+        "exposure: all alike, {:.0f} to {:.0f} microseconds, gain up to {:g}, to {:.0f} % brightness\n",
+        drive->shortest_us, drive->longest_us, drive->most_gain, 100.0 * drive->brightness);
+  }
   if (!locked.empty()) fmt::print("colours: locked:{}\n", locked);
 }
 

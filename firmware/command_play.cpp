@@ -194,8 +194,8 @@ int PlayCommand::run() {
   TableCache tables = cache();
   if (what.live()) {
     auto cameras = drivers.open(what.devices.cameras, clock, in_real_time() ? nullptr : &fake, recordings_);
-    live = std::make_unique<LiveFrames>(what.rig, std::move(cameras), what.devices.sync, on, pool, clock,
-                                        &tables, what.devices.match_colours);
+    live = std::make_unique<LiveFrames>(what.rig, std::move(cameras), what.devices.live, on, pool, clock,
+                                        &tables);
   }
   auto opened = std::make_unique<ShowFrames>(what, Method::kEwa, on, pool, false, &tables,
                                              in_real_time() ? Decoding::kAhead : Decoding::kAheadInStep,

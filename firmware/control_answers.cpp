@@ -139,6 +139,10 @@ void add_cameras(Metrics& metrics, const ShowReport& show, const ShowFacts& fact
        [](const CameraReport& c) { return seconds(c.offset); });
   each("camera_drift_ppm", "gauge", "What the offset gains.",
        [](const CameraReport& c) { return c.drift_ppm; });
+  if (!show.exposure) return;
+  metrics.one("camera_exposure_seconds", "gauge", "What all cameras are told.",
+              1e-6 * show.exposure->told.us);
+  metrics.one("camera_gain", "gauge", "What all cameras are told.", show.exposure->told.gain);
 }
 
 }  // namespace
@@ -221,6 +225,11 @@ std::string status_json(const PlayerStatus& status, const ShowFacts& facts,
     if (!camera.colour) continue;
     json["cameras"].back()["gains"] = camera.colour->gain;
     json["cameras"].back()["offsets"] = camera.colour->offset;
+  }
+  if (show.exposure) {
+    json["exposure"] = {{"us", show.exposure->told.us},
+                        {"gain", show.exposure->told.gain},
+                        {"brightness", show.exposure->brightness}};
   }
   if (status.sound.wanted) {
     json["sound"] = describe(status.sound);

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -88,8 +89,8 @@ void expect_alike(std::span<const LiveView> views) {
 
 }  // namespace
 
-LiveFrames::LiveFrames(const Rig& rig, std::vector<OpenCamera> cameras, const SyncSettings& settings, Cpu cpu,
-                       WorkerPool& pool, Clock& clock, TableCache* cache, bool match_colours)
+LiveFrames::LiveFrames(const Rig& rig, std::vector<OpenCamera> cameras, const LiveSettings& settings, Cpu cpu,
+                       WorkerPool& pool, Clock& clock, TableCache* cache)
     : rig_(rig), cameras_(std::move(cameras)), clock_(clock), lead_(kFirstLead), latencies_(kLatencies) {
   std::vector<LiveView> views = start_cameras();
   expect_alike(views);
@@ -100,9 +101,16 @@ LiveFrames::LiveFrames(const Rig& rig, std::vector<OpenCamera> cameras, const Sy
   history_ = std::make_unique<ChangeHistory>(sizes);
   warp_ = make_native_to_xrgb_warp(rig_, *layout_of(views[0].mode.format), cpu, pool, cache);
   if (views[0].mode.rate > 0.0) rate_ = views[0].mode.rate;
-  begin_colours(views[0].mode, match_colours);
+  begin_colours(views[0].mode, settings.match_colours);
   crop_cameras(views);
-  faces_ = std::make_unique<LiveFaces>(std::move(views), clock_, settings);
+  std::vector<TexelBox> looked_at;
+  for (const LiveView& view : views) {
+    looked_at.push_back(view.camera ? view.needed : TexelBox());
+    watches_.push_back(view.camera);
+  }
+  if (settings.exposure) exposure_.emplace(*settings.exposure, std::move(looked_at));
+  if (settings.align) alignment_.emplace(views.size(), nanoseconds(std::llround(1e9 / rate_)));
+  faces_ = std::make_unique<LiveFaces>(std::move(views), clock_, settings.sync);
 }
 
 void LiveFrames::begin_colours(const CameraMode& mode, bool match) {
@@ -131,12 +139,37 @@ void LiveFrames::begin_colours(const CameraMode& mode, bool match) {
   }
 }
 
-bool LiveFrames::follow_colours() noexcept {
-  if (!match_) return false;
+bool LiveFrames::follow_cameras() noexcept {
   unsigned seen = 0;
   for (std::size_t v = 0; v < changed_.size(); ++v) {
     if (faces_->sync().faces()[v].state == SyncedFace::State::kInStep) seen |= 1U << v;
   }
+  follow_exposure(seen);
+  follow_offsets();
+  return follow_colours(seen);
+}
+
+void LiveFrames::follow_exposure(unsigned seen) noexcept {
+  if (!exposure_ || !exposure_->look(faces_->faces(), seen, clock_.now())) return;
+  const Exposure& exposure = exposure_->exposure();
+  for (CameraWatch* const watch : watches_) {
+    if (!watch) continue;
+    watch->turn(CameraWatch::Dial::kExposure, exposure.us);
+    if (exposure_->limits().most_gain > 1.0) watch->turn(CameraWatch::Dial::kGain, exposure.gain);
+  }
+}
+
+void LiveFrames::follow_offsets() noexcept {
+  if (!alignment_) return;
+  for (std::size_t v = 1; v < watches_.size(); ++v) {
+    if (!watches_[v]) continue;
+    const auto frame = alignment_->look(v, faces_->sync().offset(v), clock_.now());
+    if (frame) watches_[v]->turn(CameraWatch::Dial::kFrameTime, 1e-3 * static_cast<double>(frame->count()));
+  }
+}
+
+bool LiveFrames::follow_colours(unsigned seen) noexcept {
+  if (!match_) return false;
   if (!match_->look(faces_->faces(), seen, clock_.now())) return false;
   warp_->set_colours(match_->colours());
   return true;
@@ -148,15 +181,18 @@ void LiveFrames::wait_for_starts(std::span<const LiveView> views) {
   for (;;) {
     nanoseconds wake = deadline;
     bool waiting = false;
+    std::vector<int> descriptors;
     for (const LiveView& view : views) {
-      if (!view.camera || view.camera->descriptor() >= 0) continue;
+      if (!view.camera || view.camera->running()) continue;
       CameraFrame frame;
       if (view.camera->poll(frame) == CameraWatch::Poll::kFrame) view.camera->give_back(frame);
       wake = std::min(wake, view.camera->deadline());
-      waiting = waiting || view.camera->descriptor() < 0;
+      if (view.camera->running()) continue;
+      waiting = true;
+      descriptors.push_back(view.camera->descriptor());
     }
     if (!waiting || clock_.now() >= deadline) return;
-    clock_.wait({}, wake);
+    clock_.wait(descriptors, wake);
   }
 }
 
@@ -194,7 +230,7 @@ void LiveFrames::crop_cameras(std::span<LiveView> views) {
   }
   wait_for_starts(views);
   for (const LiveView& view : views) {
-    if (!view.camera || view.camera->descriptor() < 0) continue;
+    if (!view.camera || !view.camera->running()) continue;
     const auto place = place_of(view.camera->mode(), view.mode);
     if (place && contains(*place, view.needed)) continue;
     view.camera->set_setup(whole_setup(camera_of(view.name)->settings.setup, view.mode));
@@ -212,7 +248,7 @@ FrameMaker::Change LiveFrames::advance(const Due& due) noexcept {
   faces_->gather(due.flip - lead_);
   fresh_ = faces_->choose();
   if (fresh_) {
-    const bool recoloured = follow_colours();
+    const bool recoloured = follow_cameras();
     for (std::size_t v = 0; v < changed_.size(); ++v) {
       changed_[v].clear();
       if (recoloured || (faces_->changed() >> v & 1) != 0) changed_[v].add_all();
@@ -224,7 +260,7 @@ FrameMaker::Change LiveFrames::advance(const Due& due) noexcept {
 
 void LiveFrames::advance_unseen() noexcept {
   faces_->gather(clock_.now());
-  if (faces_->choose()) follow_colours();
+  if (faces_->choose()) follow_cameras();
   fresh_ = false;
 }
 
@@ -256,6 +292,7 @@ void LiveFrames::shown(nanoseconds flipped_at) noexcept {
 }
 
 void LiveFrames::report(ShowReport& report) const noexcept {
+  if (exposure_) report.exposure = {exposure_->exposure(), exposure_->brightness()};
   report.camera_count = std::min(cameras_.size(), report.cameras.size());
   for (std::size_t c = 0; c < report.camera_count; ++c) {
     CameraReport& camera = report.cameras[c];

@@ -11,10 +11,13 @@
 #include "firmware/change_history.h"
 #include "firmware/frame_maker.h"
 #include "firmware/open_cameras.h"
+#include "firmware/rig_devices.h"
 #include "firmware/time_ring.h"
 #include "hal/time/clock.h"
 #include "pipeline/optics/rig.h"
 #include "pipeline/parallel/worker_pool.h"
+#include "pipeline/source/exposure_drive.h"
+#include "pipeline/source/frame_alignment.h"
 #include "pipeline/source/live_faces.h"
 #include "pipeline/warp/colour_match.h"
 #include "pipeline/warp/native_warp.h"
@@ -29,8 +32,8 @@ class LiveFrames final : public FrameMaker {
   // their slates. Colours that cameras have in the rig are theirs; with `match_colours` the others are
   // matched where pictures overlap. Without a cache the tables are built. Throws Failure where no warp can be
   // made of what the cameras send. `clock` and `pool` are borrowed for the show's life, `cache` for the call.
-  LiveFrames(const Rig& rig, std::vector<OpenCamera> cameras, const SyncSettings& settings, Cpu cpu,
-             WorkerPool& pool, Clock& clock, TableCache* cache = nullptr, bool match_colours = false);
+  LiveFrames(const Rig& rig, std::vector<OpenCamera> cameras, const LiveSettings& settings, Cpu cpu,
+             WorkerPool& pool, Clock& clock, TableCache* cache = nullptr);
 
   Change advance(const Due& due) noexcept override;
   WarpWork warp(const MutableImage& frame, int age) noexcept override;
@@ -63,7 +66,10 @@ class LiveFrames final : public FrameMaker {
   std::vector<LiveView> start_cameras();
   void crop_cameras(std::span<LiveView> views);
   void begin_colours(const CameraMode& mode, bool match);
-  bool follow_colours() noexcept;  // whether they have changed
+  bool follow_cameras() noexcept;  // whether what is made of their pictures has changed
+  bool follow_colours(unsigned seen) noexcept;
+  void follow_exposure(unsigned seen) noexcept;
+  void follow_offsets() noexcept;
   void wait_for_starts(std::span<const LiveView> views);
   const OpenCamera* camera_of(const std::string& view) const;  // null: none
 
@@ -74,8 +80,11 @@ class LiveFrames final : public FrameMaker {
   std::unique_ptr<NativeWarp<MutableImage>> warp_;
   std::unique_ptr<ColourMatch> match_;  // null: colours stay what they are
   std::vector<ViewColour> locked_;      // one a view, where there is no match but a camera has a colour
-  std::vector<ChangedCells> changed_;   // one a view: all of it or nothing
+  std::optional<ExposureDrive> exposure_;
+  std::optional<FrameAlignment> alignment_;
+  std::vector<ChangedCells> changed_;  // one a view: all of it or nothing
   std::unique_ptr<ChangeHistory> history_;
+  std::vector<CameraWatch*> watches_;  // one a view; null: none, or not looked at
   double rate_ = 60.0;
   std::chrono::nanoseconds lead_;  // before the flip the faces are chosen: what a warp takes and a margin
   bool fresh_ = false;             // the set shown next was not shown before

@@ -82,10 +82,11 @@ std::unique_ptr<RecordingCamera> record(std::unique_ptr<Camera> device, const st
 
 }  // namespace
 
-OpenCamera::OpenCamera(RigCamera camera, std::unique_ptr<Camera> camera_device, Clock& clock)
+OpenCamera::OpenCamera(RigCamera camera, std::unique_ptr<Camera> camera_device, Clock& clock,
+                       CameraWatch::Starting starting)
     : settings(std::move(camera)),
       device(std::move(camera_device)),
-      watch(std::make_unique<CameraWatch>(*device, settings.setup, clock, settings.patience)) {}
+      watch(std::make_unique<CameraWatch>(*device, settings.setup, clock, settings.patience, starting)) {}
 
 struct CameraDrivers::Shared {
   ReplayTime replay_time;
@@ -130,6 +131,9 @@ std::vector<OpenCamera> CameraDrivers::open(std::span<const RigCamera> cameras, 
                                             const CameraRecordings& recordings) {
   if (!recordings.record.empty()) make_folder(recordings.record);
   const std::chrono::nanoseconds begin = clock.now();
+  // Recordings share the time that they are played in.
+  const auto starting =
+      fake || !recordings.replay.empty() ? CameraWatch::Starting::kInPoll : CameraWatch::Starting::kOnAThread;
   std::vector<OpenCamera> opened;
   for (const RigCamera& camera : cameras) {
     std::unique_ptr<Camera> device =
@@ -143,7 +147,8 @@ std::vector<OpenCamera> CameraDrivers::open(std::span<const RigCamera> cameras, 
       device = std::move(made);
     }
     const auto decoding = fake ? MjpegCamera::Decoding::kInPoll : MjpegCamera::Decoding::kOnAThread;
-    opened.emplace_back(camera, std::make_unique<MjpegCamera>(std::move(device), clock, decoding), clock);
+    opened.emplace_back(camera, std::make_unique<MjpegCamera>(std::move(device), clock, decoding), clock,
+                        starting);
     opened.back().recording = recording;
   }
   return opened;

@@ -17,7 +17,8 @@ namespace cupola {
 // A rig's camera, its device, and the watch that keeps it going.
 struct OpenCamera {
   // Nothing is started yet. `clock` is borrowed for the camera's life.
-  OpenCamera(RigCamera camera, std::unique_ptr<Camera> camera_device, Clock& clock);
+  OpenCamera(RigCamera camera, std::unique_ptr<Camera> camera_device, Clock& clock,
+             CameraWatch::Starting starting = CameraWatch::Starting::kInPoll);
 
   RigCamera settings;
   std::unique_ptr<Camera> device;
@@ -41,7 +42,8 @@ class CameraDrivers {
 
   // One a rig camera, not started; throws Failure for a driver that this program was built without, and
   // InputError for recordings that cannot be read or made. Fake cameras need the fake clock: without it
-  // (null) they are refused. The clocks are borrowed for the cameras' life.
+  // (null) they are refused. Real ones are started on threads of their own. The clocks are borrowed for the
+  // cameras' life.
   std::vector<OpenCamera> open(std::span<const RigCamera> cameras, Clock& clock, FakeClock* fake,
                                const CameraRecordings& recordings = {});
 

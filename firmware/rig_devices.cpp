@@ -15,6 +15,8 @@
 namespace cupola {
 namespace {
 
+constexpr std::array<std::string_view, 2> kSlowly = {"off", "slow"};
+
 // The keys that inputs and outputs share.
 GpioLine read_line(SettingsTable& table) {
   GpioLine line;
@@ -93,8 +95,8 @@ GpioSettings read_gpio(SettingsTable table) {
   return gpio;
 }
 
-SyncSettings read_sync(SettingsTable table) {
-  SyncSettings sync;
+void read_sync(SettingsTable table, LiveSettings& live) {
+  SyncSettings& sync = live.sync;
   const auto milliseconds = [&](const char* key, double least, double most,
                                 std::chrono::nanoseconds fallback) {
     const double value = table.number(key, least, most, 1e-6 * static_cast<double>(fallback.count()));
@@ -102,14 +104,41 @@ SyncSettings read_sync(SettingsTable table) {
   };
   sync.tolerance = milliseconds("tolerance_ms", 0.01, 1000.0, sync.tolerance);
   sync.patience = milliseconds("patience_ms", 0.0, 3'600'000.0, sync.patience);
+  live.align = table.choice("align", kSlowly, 0) == 1;
   table.finish();
-  return sync;
+}
+
+// [exposure]. Cameras are then set to be told.
+std::optional<ExposureLimits> read_exposure(SettingsTable table, std::vector<RigCamera>& cameras) {
+  constexpr std::array<std::string_view, 2> kDrives = {"off", "together"};
+  const bool together = table.choice("drive", kDrives, 0) == 1;
+  ExposureLimits limits;
+  limits.brightness = table.number("brightness", 0.05, 0.9, limits.brightness);
+  limits.shortest_us = table.number("shortest_us", 1.0, 1e6, limits.shortest_us);
+  limits.longest_us = table.number("longest_us", limits.shortest_us, 1e6, limits.longest_us);
+  limits.most_gain = table.number("most_gain", 1.0, 1000.0, limits.most_gain);
+  std::vector<CameraControl> begins = {{"auto_exposure", 0.0}, {"exposure", limits.longest_us}};
+  if (limits.most_gain > 1.0) begins.push_back({"gain", 1.0});
+  for (RigCamera& camera : cameras) {
+    if (!together) break;
+    std::vector<CameraControl>& own = camera.setup.controls;
+    for (const CameraControl& begin : begins) {
+      if (std::ranges::any_of(own,
+                              [&](const CameraControl& control) { return control.name == begin.name; })) {
+        table.refuse("drive",
+                     fmt::format("expected off, or no {} among the controls of the camera of view {}",
+                                 begin.name, camera.view));
+      }
+      own.push_back(begin);
+    }
+  }
+  table.finish();
+  return together ? std::optional(limits) : std::nullopt;
 }
 
 // [colour]
 bool read_match(SettingsTable table, std::span<const RigCamera> cameras) {
-  constexpr std::array<std::string_view, 2> kMatches = {"off", "slow"};
-  const bool slow = table.choice("match", kMatches, 0) == 1;
+  const bool slow = table.choice("match", kSlowly, 0) == 1;
   const auto rgb = std::find_if(cameras.begin(), cameras.end(),
                                 [](const RigCamera& camera) { return sends_rgb_only(camera.setup); });
   if (slow && rgb != cameras.end()) {
@@ -144,8 +173,9 @@ RigDevices load_rig_devices(const std::filesystem::path& file, std::span<const s
   if (!named) views.clear();
   RigDevices devices;
   devices.cameras = read_cameras(table, views);
-  devices.match_colours = read_match(table.table("colour"), devices.cameras);
-  devices.sync = read_sync(table.table("sync"));
+  devices.live.match_colours = read_match(table.table("colour"), devices.cameras);
+  devices.live.exposure = read_exposure(table.table("exposure"), devices.cameras);
+  read_sync(table.table("sync"), devices.live);
   devices.projector = read_projector(table.table("display"));
   devices.gpio = read_gpio(table.table("gpio"));
   return devices;  // unknown keys beside these tables were load_rig()'s to refuse

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "firmware/rig_cameras.h"
 #include "hal/display/kms_mode.h"
 #include "hal/gpio/gpio.h"
+#include "pipeline/source/exposure_drive.h"
 #include "pipeline/source/rig_sync.h"
 
 namespace cupola {
@@ -40,10 +42,17 @@ struct ProjectorSettings {
   KmsModeWish mode;
 };
 
+// How the cameras become one picture.
+struct LiveSettings {
+  SyncSettings sync;                       // [sync]
+  bool align = false;                      // align = "slow": frame times are nudged until all capture at once
+  bool match_colours = false;              // [colour] match = "slow"
+  std::optional<ExposureLimits> exposure;  // [exposure] drive = "together"; none: each camera's own affair
+};
+
 struct RigDevices {
   std::vector<RigCamera> cameras;
-  SyncSettings sync;           // [sync]
-  bool match_colours = false;  // [colour] match = "slow"
+  LiveSettings live;
   GpioSettings gpio;
   ProjectorSettings projector;
 };

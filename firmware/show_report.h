@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "pipeline/source/exposure_drive.h"
 #include "pipeline/source/face_streams.h"
 #include "pipeline/warp/view_colour.h"
 
@@ -25,6 +26,11 @@ struct CameraReport {
   std::optional<ViewColour> colour = std::nullopt;  // where it is matched or locked
 };
 
+struct ExposureReport {
+  Exposure told;            // all cameras
+  double brightness = 0.0;  // the pictures' mean, 0 to 1
+};
+
 // Plain memory: copied from thread to thread.
 struct ShowReport {
   static constexpr std::size_t kMostCameras = 16;
@@ -37,7 +43,8 @@ struct ShowReport {
   FileQueue queue;                                                  // of the cue shown
   std::array<char, 240> trouble{};  // why the last faces could not be had, cut; empty when they could
   std::size_t camera_count = 0;
-  std::array<CameraReport, kMostCameras> cameras{};  // in the rig file's order
+  std::array<CameraReport, kMostCameras> cameras{};       // in the rig file's order
+  std::optional<ExposureReport> exposure = std::nullopt;  // where all are exposed alike
 };
 
 }  // namespace cupola

@@ -316,6 +316,7 @@ Rig load_rig(const std::filesystem::path& file, std::span<const std::string> ove
   table.tables("camera");
   table.table("sync");
   table.table("colour");
+  table.table("exposure");
   table.table("gpio");
   table.table("display");
   table.finish();

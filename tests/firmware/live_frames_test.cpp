@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "hal/camera/recorded_camera.h"
@@ -108,6 +109,93 @@ TEST(LiveFrames, MatchTheirColoursWithoutAnAllocation) {
   ASSERT_TRUE(report.cameras[0].colour && report.cameras[1].colour);
   EXPECT_EQ(*report.cameras[0].colour, *colours.locked[0]);
   EXPECT_LT(report.cameras[1].colour->of(1, 100.0), 97.0);
+}
+
+// Its pictures are grey, as bright as a light and what it is told make them.
+class LitCamera final : public Camera {
+ public:
+  LitCamera(std::unique_ptr<Camera> device, const double& light)
+      : device_(std::move(device)), light_(light) {}
+
+  std::variant<CameraMode, CameraTrouble> start(const CameraSetup& setup) noexcept override {
+    told = {10000.0, 1.0};
+    return device_->start(setup);
+  }
+  void stop() noexcept override { device_->stop(); }
+  CameraPoll poll(CameraFrame& frame, CameraTrouble& trouble) noexcept override {
+    const CameraPoll polled = device_->poll(frame, trouble);
+    if (polled != CameraPoll::kFrame) return polled;
+    const double level = std::min(1.0, std::pow(light_ * told.us * told.gain / 10000.0, 1.0 / 2.2));
+    texels_.assign(static_cast<std::size_t>(frame.planes[0].stride * frame.height),
+                   static_cast<std::uint8_t>(16.5 + 219.0 * level));
+    frame.planes[0].data = texels_.data();
+    return polled;
+  }
+  void give_back(const CameraFrame& frame) noexcept override { device_->give_back(frame); }
+  int descriptor() const noexcept override { return device_->descriptor(); }
+  bool set_control(const CameraControl& control) noexcept override {
+    (control.name == "gain" ? told.gain : told.us) = control.value;
+    return device_->set_control(control);
+  }
+
+  Exposure told;
+
+ private:
+  std::unique_ptr<Camera> device_;
+  const double& light_;
+  std::vector<std::uint8_t> texels_;
+};
+
+TEST(LiveFrames, AreExposedAlikeAlsoAfterACameraCameBack) {
+  double light = 4.0;
+  std::array<LitCamera*, 4> cameras{};
+  LiveShow show({}, small_rig(),
+                [&](std::size_t c, std::unique_ptr<Camera> fake, FakeClock&) {
+                  auto lit = std::make_unique<LitCamera>(std::move(fake), light);
+                  cameras[c] = lit.get();
+                  return lit;
+                },
+                {}, {.sync = {}, .align = false, .match_colours = false, .exposure = ExposureLimits()});
+  const auto expect_alike = [&] {
+    ShowReport report;
+    show.frames->report(report);
+    ASSERT_TRUE(report.exposure);
+    EXPECT_NEAR(report.exposure->brightness, 0.45, 0.03);
+    for (const LitCamera* camera : cameras) EXPECT_EQ(camera->told, report.exposure->told);
+  };
+  show.play(15s);
+  expect_alike();
+  EXPECT_NEAR(cameras[0]->told.us, 10000.0 * std::pow(0.45, 2.2) / 4.0, 50.0);
+  show.fakes[2]->begin_fault(CameraFault::kUnplugged);
+  light = 0.1;
+  show.play(1s);
+  show.fakes[2]->end_faults();
+  const LoopCounts counts = show.play(15s);
+  expect_alike();
+  EXPECT_GT(cameras[2]->told.gain, 1.0) << "the light has gone";
+  EXPECT_EQ(counts.frames_failed, 0);
+}
+
+// Their clocks are a tenth of a per mille and more apart: in a minute they would be 10 ms.
+TEST(LiveFrames, AreAlignedWhereTheCamerasTakeAFrameTime) {
+  const auto worst_ms = [](bool align) {
+    LiveShow show([](std::size_t c, FakeCameraDevice& device,
+                     CameraSetup&) { device.drift_ppm = 120.0 * static_cast<double>(c) - 150.0; },
+                  small_rig(), {}, {},
+                  {.sync = {.tolerance = 8333us}, .align = align, .match_colours = false, .exposure = {}});
+    show.play(60s);
+    double worst = 0.0;
+    for (int second = 0; second < 10; ++second) {
+      show.play(1s);
+      for (std::size_t v = 1; v < 4; ++v) {
+        const auto offset = show.frames->faces().sync().offset(v).offset;
+        worst = std::max(worst, 1e-6 * std::abs(static_cast<double>(offset.count())));
+      }
+    }
+    return worst;
+  };
+  EXPECT_GT(worst_ms(false), 4.0);
+  EXPECT_LT(worst_ms(true), 0.3);
 }
 
 TEST(LiveFrames, RefuseToMatchPicturesThatOnlyMeet) {

@@ -66,7 +66,8 @@ class LiveShow {
   // `adjust` may change each camera's device and setup before it is made; `wrap` may put something about it,
   // or in its place.
   explicit LiveShow(const std::function<void(std::size_t, FakeCameraDevice&, CameraSetup&)>& adjust = {},
-                    const Rig& rig = small_rig(), const Wrap& wrap = {}, const LiveColours& colours = {}) {
+                    const Rig& rig = small_rig(), const Wrap& wrap = {}, const LiveColours& colours = {},
+                    const LiveSettings& live = {}) {
     std::vector<OpenCamera> cameras;
     for (std::size_t c = 0; c < kViews.size(); ++c) {
       FakeCameraDevice device;
@@ -89,8 +90,9 @@ class LiveShow {
       if (wrap) put = wrap(c, std::move(put), clock);
       cameras.emplace_back(std::move(settings), std::move(put), clock);
     }
-    frames = std::make_unique<LiveFrames>(rig, std::move(cameras), SyncSettings{}, best_cpu(), pool, clock,
-                                          nullptr, colours.match);
+    LiveSettings settings = live;
+    settings.match_colours = colours.match;
+    frames = std::make_unique<LiveFrames>(rig, std::move(cameras), settings, best_cpu(), pool, clock);
   }
 
   LoopCounts play(nanoseconds time, std::function<void(int, DisplayBuffer)> see = {}) {

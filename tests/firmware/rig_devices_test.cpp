@@ -92,13 +92,13 @@ TEST_F(RigDevicesTest, ReadsLockedColoursAndWhetherTheyAreMatched) {
   const std::string camera = "[[camera]]\nview = \"front\"\ndevice = \"a\"\n";
   const RigDevices devices =
       load("[colour]\nmatch = \"slow\"\n" + camera + "gains = [1.1, 1.0, 0.5]\nblack = 4\n");
-  EXPECT_TRUE(devices.match_colours);
+  EXPECT_TRUE(devices.live.match_colours);
   ASSERT_TRUE(devices.cameras[0].colour);
   EXPECT_EQ(devices.cameras[0].colour->gain, (std::array{1.1, 1.0, 0.5}));
   EXPECT_NEAR(devices.cameras[0].colour->of(0, 4.0), 0.0, 1e-15) << "black is 0 under every gain";
   EXPECT_NEAR(devices.cameras[0].colour->of(2, 24.0), 10.0, 1e-12);
   EXPECT_FALSE(load(camera).cameras[0].colour);
-  EXPECT_FALSE(load(camera).match_colours);
+  EXPECT_FALSE(load(camera).live.match_colours);
   expect_refused("[colour]\nmatch = \"fast\"\n", "2: colour.match: expected off or slow");
   expect_refused(camera + "gains = [1, 1, 1.9]\n",
                  "4: camera.0.gains: expected [red, green, blue], each from 0.5 to 1.8");
@@ -107,9 +107,36 @@ TEST_F(RigDevicesTest, ReadsLockedColoursAndWhetherTheyAreMatched) {
   expect_refused(rgb + "black = 3\n", "5: camera.0.black: expected a YUV format beside it, as NV12 or YUYV");
   expect_refused("[colour]\nmatch = \"slow\"\n" + rgb,
                  "2: colour.match: expected off, or a YUV format for the camera of view front");
-  EXPECT_FALSE(load(rgb).match_colours);
+  EXPECT_FALSE(load(rgb).live.match_colours);
   EXPECT_TRUE(
-      load("[colour]\nmatch = \"slow\"\n" + camera + "formats = [\"RGB3\", \"NV12\"]\n").match_colours);
+      load("[colour]\nmatch = \"slow\"\n" + camera + "formats = [\"RGB3\", \"NV12\"]\n").live.match_colours);
+}
+
+TEST_F(RigDevicesTest, ReadsHowCamerasAreExposedAndAligned) {
+  const std::string camera = "[[camera]]\nview = \"front\"\ndevice = \"a\"\n";
+  const RigDevices devices =
+      load("[exposure]\ndrive = \"together\"\nlongest_us = 8000\n[sync]\nalign = \"slow\"\n" + camera);
+  ASSERT_TRUE(devices.live.exposure);
+  EXPECT_EQ(devices.live.exposure->longest_us, 8000.0);
+  EXPECT_EQ(devices.live.exposure->brightness, 0.45);
+  EXPECT_TRUE(devices.live.align);
+  const std::vector<CameraControl>& told = devices.cameras[0].setup.controls;
+  ASSERT_EQ(told.size(), 3U) << "automatics are switched off, and it begins as it goes on";
+  EXPECT_EQ(told[0].name, "auto_exposure");
+  EXPECT_EQ(told[1].value, 8000.0);
+  EXPECT_EQ(told[2].name, "gain");
+  EXPECT_EQ(
+      load("[exposure]\ndrive = \"together\"\nmost_gain = 1\n" + camera).cameras[0].setup.controls.size(),
+      2U);
+  EXPECT_FALSE(load(camera).live.exposure);
+  EXPECT_FALSE(load(camera).live.align);
+  EXPECT_TRUE(load(camera).cameras[0].setup.controls.empty());
+  expect_refused("[exposure]\ndrive = \"apart\"\n", "2: exposure.drive: expected off or together");
+  expect_refused("[exposure]\nshortest_us = 900\nlongest_us = 800\n",
+                 "3: exposure.longest_us: expected a number from 900 to 1e+06");
+  expect_refused(
+      "[exposure]\ndrive = \"together\"\n" + camera + "[camera.controls]\ngain = 2\n",
+      "2: exposure.drive: expected off, or no gain among the controls of the camera of view front");
 }
 
 TEST_F(RigDevicesTest, NeedsNoHardwareAtAll) {

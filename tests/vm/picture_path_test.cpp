@@ -54,7 +54,7 @@ class PicturePath : public testing::Test {
   CameraDrivers drivers_;
   Show show_ = live_show();
   LiveFrames live_{
-      show_.rig, drivers_.open(show_.devices.cameras, clock_, nullptr), show_.devices.sync, best_cpu(), pool_,
+      show_.rig, drivers_.open(show_.devices.cameras, clock_, nullptr), show_.devices.live, best_cpu(), pool_,
       clock_};
   KmsDisplay kms_{
       clock_, {"Virtual-1", *parse_kms_mode("1024x768"), {}, KmsMemoryKind::kDumb}, kWidth, kHeight};
