@@ -9,9 +9,11 @@
 
 #include "pipeline/frame/still.h"
 #include "pipeline/optics/calibration.h"
-#include "pipeline/optics/frame_geometry.h"
 #include "pipeline/optics/rig.h"
 #include "tests/calibrate/simulated_rig.h"
+#include "tests/firmware/analytic_world.h"
+#include "tests/firmware/live_show.h"
+#include "tests/firmware/postcard_camera.h"
 #include "tests/firmware/program.h"
 
 namespace cupola {
@@ -20,44 +22,16 @@ namespace {
 using testing::HasSubstr;
 
 constexpr Size kPicture{480, 480};
-constexpr int kSide = 360;  // of the dome's frame: a pixel is half a degree
 const char* const kNames[] = {"front", "left", "right", "top"};
 
 std::string rig_text() {
-  std::string text =
-      fmt::format("[frame]\nwidth = {}\nheight = {}\n[lens]\nmodel = \"equidistant\"\n", kSide, kSide);
+  std::string text = fmt::format("[frame]\nwidth = {}\nheight = {}\n[lens]\nmodel = \"equidistant\"\n",
+                                 kDomeSide, kDomeSide);
   for (const char* name : kNames) text += fmt::format("[[view]]\nname = \"{}\"\nfov_deg = 120\n", name);
   return text;
 }
 
-// A smooth sky, and 97 marks on it: bright spots with a half width of 1.2 degrees.
-double sky(const Vec3& d, int channel) {
-  return 110.0 + 40.0 * std::sin(2.0 * d.x + channel) * std::cos(1.7 * d.y) +
-         20.0 * std::sin(2.3 * d.z + 1.0);
-}
-std::vector<Vec3> marks() {
-  std::vector<Vec3> places;
-  for (int i = 0; i < 97; ++i) {
-    const double z = -1.0 + (i + 0.5) / 97.0;
-    const double r = std::sqrt(1.0 - z * z);
-    places.emplace_back(r * std::cos(2.399963 * i), r * std::sin(2.399963 * i), z);
-  }
-  return places;
-}
-double spot(const Vec3& off) {
-  return 70.0 * std::exp(-glm::dot(off, off) / (2.0 * 0.018 * 0.018));
-}
-
 constexpr double kSphere_m = 1.5;
-
-Vec3 world(const Vec3& d, const std::vector<Vec3>& places) {
-  double marked = 0.0;
-  for (const Vec3& place : places) {
-    const Vec3 off = d - place;
-    if (std::abs(off.x) < 0.1 && std::abs(off.y) < 0.1 && std::abs(off.z) < 0.1) marked += spot(off);
-  }
-  return {sky(d, 0) + marked, sky(d, 1) + marked, sky(d, 2) + marked};
-}
 
 // Pictures of the board, made once for all tests here: they take seconds.
 class Calibrate : public testing::Test {
@@ -119,79 +93,6 @@ class Calibrate : public testing::Test {
 TemporaryFolder* Calibrate::folder_ = nullptr;
 std::vector<SimulatedCamera>* Calibrate::cameras_ = nullptr;
 
-struct DomeError {
-  double mark = 0.0;    // pixels, the most any mark is off
-  double smooth = 0.0;  // steps of 255, the most where there is no mark
-  int marks = 0;
-  int pixels = 0;
-};
-
-// A dome frame of the world against the world itself.
-DomeError dome_error(const ImageBuffer& frame, const Rig& rig) {
-  const std::vector<Vec3> places = marks();
-  std::vector<Vec3> rays(kSide * kSide, Vec3{0.0});
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
-      DirectionAndSlope looking;
-      if (ray(rig.frame, {x + 0.5, y + 0.5}, looking) && owner(rig.views, looking.direction) >= 0)
-        rays[static_cast<std::size_t>(y * kSide + x)] = looking.direction;
-    }
-  }
-  // Whether all around (x, y) is seen.
-  const auto inside = [&](int x, int y, int reach) {
-    for (int j = -reach; j <= reach; ++j) {
-      for (int i = -reach; i <= reach; ++i) {
-        if (x + i < 0 || y + j < 0 || x + i >= kSide || y + j >= kSide) return false;
-        if (rays[static_cast<std::size_t>((y + j) * kSide + x + i)] == Vec3{0.0}) return false;
-      }
-    }
-    return true;
-  };
-  DomeError error;
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
-      if (!inside(x, y, 2)) continue;
-      const Vec3& d = rays[static_cast<std::size_t>(y * kSide + x)];
-      if (std::any_of(places.begin(), places.end(),
-                      [&](const Vec3& place) { return glm::length(d - place) < 0.11; }))
-        continue;
-      ++error.pixels;
-      for (int c = 0; c < 3; ++c)
-        error.smooth = std::max(error.smooth, std::abs(sample(frame, c, x, y) - sky(d, c)));
-    }
-  }
-  for (const Vec3& place : places) {
-    // The pixel that is nearest to it.
-    std::size_t nearest = 0;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      if (glm::dot(rays[i], place) > glm::dot(rays[nearest], place)) nearest = i;
-    }
-    const int x0 = static_cast<int>(nearest) % kSide;
-    const int y0 = static_cast<int>(nearest) / kSide;
-    constexpr int kReach = 8;
-    if (!inside(x0, y0, kReach)) continue;
-    Vec2 there{0.0};
-    Vec2 here{0.0};
-    double weight_there = 0.0;
-    double weight_here = 0.0;
-    for (int y = y0 - kReach; y <= y0 + kReach; ++y) {
-      for (int x = x0 - kReach; x <= x0 + kReach; ++x) {
-        const Vec3& d = rays[static_cast<std::size_t>(y * kSide + x)];
-        const double truth = spot(d - place);
-        const double shown = sample(frame, 1, x, y) - sky(d, 1);
-        if (truth < 0.5 && shown < 3.0) continue;
-        there += truth * Vec2{x, y};
-        weight_there += truth;
-        here += shown * Vec2{x, y};
-        weight_here += shown;
-      }
-    }
-    error.mark = std::max(error.mark, glm::length(here / weight_here - there / weight_there));
-    ++error.marks;
-  }
-  return error;
-}
-
 DomeError warped(const std::string& rig, const std::string& folder, const std::string& out,
                  const std::vector<std::string>& overrides = {}) {
   std::vector<std::string> arguments = {"warp", "--rig", rig, "--out", out};
@@ -220,7 +121,7 @@ TEST_F(Calibrate, BringsAWorldThroughImperfectCamerasOntoTheDomeWhereItBelongs) 
   EXPECT_GT(before.mark, 1.5) << "the cameras are not worth calibrating";
   EXPECT_GT(after.marks, 60);
   EXPECT_LT(after.mark, 0.5);
-  EXPECT_GT(after.pixels, kSide * kSide / 4);
+  EXPECT_GT(after.pixels, kDomeSide * kDomeSide / 4);
   EXPECT_LT(after.smooth, 2.0);
 }
 
@@ -237,6 +138,92 @@ TEST_F(Calibrate, KnowsWhereTheCamerasAreSoThatSeamsCloseAtADistance) {
   EXPECT_GT(near.marks, 60);
   EXPECT_LT(near.mark, 0.5);
   EXPECT_LT(near.smooth, 2.0);
+}
+
+// What a sensor of its own colours makes of an RGB picture, as NV12.
+NativeBuffer developed(const ImageBuffer& rgb, const ViewColour& colours) {
+  const Size size = rgb.size();
+  NativeBuffer picture(NativeLayout::kNv12, YuvColour{}, size);
+  const auto [red, blue] = weights_of(YuvMatrix::kBt601);
+  for (int y = 0; y < size.height; y += 2) {
+    for (int x = 0; x < size.width; x += 2) {
+      double u = 0.0;
+      double v = 0.0;
+      for (int i = 0; i < 4; ++i) {
+        std::array<double, 3> seen{};
+        for (int c = 0; c < 3; ++c)
+          seen[static_cast<std::size_t>(c)] = std::clamp(
+              colours.of(static_cast<std::size_t>(c), sample(rgb, c, x + i % 2, y + i / 2)), 0.0, 255.0);
+        const double luma = red * seen[0] + (1.0 - red - blue) * seen[1] + blue * seen[2];
+        *sample_at(picture.pixels(), 0, x + i % 2, y + i / 2) =
+            static_cast<std::uint8_t>(16.5 + luma * 219.0 / 255.0);
+        u += 0.25 * (seen[2] - luma) / (2.0 * (1.0 - blue));
+        v += 0.25 * (seen[0] - luma) / (2.0 * (1.0 - red));
+      }
+      *sample_at(picture.pixels(), 1, x / 2, y / 2) = static_cast<std::uint8_t>(128.5 + u * 224.0 / 255.0);
+      *sample_at(picture.pixels(), 2, x / 2, y / 2) = static_cast<std::uint8_t>(128.5 + v * 224.0 / 255.0);
+    }
+  }
+  return picture;
+}
+
+// Cameras that are none too well made, run freely and see colours each in its own way; the first one's
+// colours are known.
+TEST_F(Calibrate, BringsLiveCamerasOfOtherColoursOntoTheDome) {
+  EXPECT_EQ(calibrate({"--out", path("live.toml"), "--model", "radial"}).code, 0);
+  const std::string feathered[] = {"seams.feather_deg=4"};
+  const Rig rig = load_rig(path("live.toml"), feathered);
+  const std::array<ViewColour, 4> seen = {{{{0.92, 0.95, 0.97}, {4.0, 2.0, 3.0}},
+                                           {{1.05, 1.0, 0.92}, {-3.0, 0.0, 2.0}},
+                                           {{0.9, 0.96, 1.04}, {5.0, 4.0, 1.0}},
+                                           {{0.97, 1.03, 0.95}, {0.0, -2.0, 3.0}}}};
+  test::LiveColours colours{.match = true, .locked = {}};
+  colours.locked[0].emplace();
+  for (std::size_t c = 0; c < 3; ++c) {
+    colours.locked[0]->gain[c] = 1.0 / seen[0].gain[c];
+    colours.locked[0]->offset[c] = -seen[0].offset[c] / seen[0].gain[c];
+  }
+  test::LiveShow show(
+      [&](std::size_t c, FakeCameraDevice& device, CameraSetup& setup) {
+        device.width = setup.width = kPicture.width;
+        device.height = setup.height = kPicture.height;
+        device.jitter = std::chrono::milliseconds(1);
+        device.drift_ppm = 40.0 * static_cast<double>(c) - 60.0;
+      },
+      rig,
+      [&](std::size_t c, std::unique_ptr<Camera> device, FakeClock&) {
+        return std::make_unique<test::PostcardCamera>(
+            std::move(device), developed(read_still(path(fmt::format("{}.png", kNames[c]))), seen[c]));
+      },
+      colours,
+      {.sync = {.tolerance = std::chrono::microseconds(8333)},
+       .align = false,
+       .match_colours = false,
+       .exposure = {}});
+  ImageBuffer frame(PixelFormat::kRgb8, {kDomeSide, kDomeSide});
+  const auto keep = [&](const DisplayBuffer& buffer) {
+    for (int y = 0; y < kDomeSide; ++y) {
+      const auto* from = reinterpret_cast<const std::uint32_t*>(buffer.data + y * buffer.stride);
+      auto* into = frame.pixels().samples<std::uint8_t>(0, y);
+      for (int i = 0; i < 3 * kDomeSide; ++i)
+        into[i] = static_cast<std::uint8_t>(from[i / 3] >> (16 - 8 * (i % 3)));
+    }
+  };
+  show.play(std::chrono::milliseconds(100), [&](int, const DisplayBuffer& buffer) { keep(buffer); });
+  const DomeError before = dome_error(frame, show.frames->rig());
+  show.play(std::chrono::seconds(40), [&](int flip, const DisplayBuffer& buffer) {
+    if (flip == 2390) keep(buffer);
+  });
+  const DomeError after = dome_error(frame, show.frames->rig());
+  RecordProperty("smooth_before", std::to_string(before.smooth));
+  RecordProperty("smooth_after", std::to_string(after.smooth));
+  RecordProperty("rms_after", std::to_string(after.rms));
+  RecordProperty("mark_after", std::to_string(after.mark));
+  EXPECT_GT(before.smooth, 8.0) << "the colours are not worth matching";
+  EXPECT_GT(after.marks, 60);
+  EXPECT_LT(after.mark, 0.5);
+  EXPECT_LT(after.rms, 1.0);
+  EXPECT_LT(after.smooth, 3.0);
 }
 
 TEST_F(Calibrate, SaysTheSameInJson) {
