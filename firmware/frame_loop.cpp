@@ -133,6 +133,9 @@ void FrameLoop::trace() noexcept {
   link_.trace.add(TraceWhat::kFaces, faces_begun_, faces_done_, made_);
   if (warp_done > warp_begun) link_.trace.add(TraceWhat::kWarp, warp_begun, warp_done, made_);
   link_.trace.add(TraceWhat::kPresent, warp_done, done, made_);
+  const auto ahead = static_cast<std::int64_t>(status_.show.queue.frames);
+  if (ahead == std::exchange(ahead_, ahead)) return;
+  link_.trace.add(TraceWhat::kAhead, faces_done_, faces_done_, ahead);
 }
 
 // By the show that was read again, as soon as there is one: at the place that the one before would have come
@@ -179,6 +182,8 @@ void FrameLoop::publish(PlayerState state) noexcept {
     std::array<char, 32> words{};
     std::snprintf(words.data(), words.size(), "cue %zu", status_.show.cue + 1);
     link_.log.info(Topic::kShow, words.data());
+    link_.trace.add(TraceWhat::kCue, faces_done_, faces_done_,
+                    static_cast<std::int64_t>(status_.show.cue + 1));
     noted_cue_ = status_.show.cue;
   }
   if (status_.state != state) link_.log.info(Topic::kShow, name_of(state));

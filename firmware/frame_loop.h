@@ -72,7 +72,8 @@ class FrameLoop {
   std::size_t noted_cue_ = 0;
   std::chrono::nanoseconds faces_begun_{0};  // of the last frame
   std::chrono::nanoseconds faces_done_{0};
-  std::int64_t made_ = 0;  // frames, for the trace
+  std::int64_t made_ = 0;   // frames, for the trace
+  std::int64_t ahead_ = 0;  // of them decoded, as the trace has it
   bool failing_ = false;
   bool away_ = false;
   std::chrono::nanoseconds advanced_{0};                          // the show's time of the last advance()

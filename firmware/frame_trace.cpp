@@ -15,7 +15,27 @@ struct Taken {
   TraceWhat what;
 };
 
-constexpr const char* kNames[] = {"frame", "faces", "warp", "present", "late", "dropped"};
+constexpr const char* kNames[] = {"frame", "faces",   "warp", "present",
+                                  "late",  "dropped", "cue",  "decoded ahead"};
+
+void write(const Taken& taken, std::string& text) {
+  const char* name = kNames[static_cast<std::size_t>(taken.what)];
+  const double at = 1e-3 * static_cast<double>(taken.begin);
+  const auto into = std::back_inserter(text);
+  if (taken.what == TraceWhat::kAhead) {
+    fmt::format_to(into, R"(,{{"name":"{}","ph":"C","pid":1,"ts":{:.3f},"args":{{"frames":{}}}}})", name, at,
+                   taken.count);
+  } else if (taken.what >= TraceWhat::kLate) {
+    const char* counted = taken.what == TraceWhat::kCue ? "cue" : "frames";
+    fmt::format_to(into,
+                   R"(,{{"name":"{}","ph":"i","s":"t","pid":1,"tid":1,"ts":{:.3f},"args":{{"{}":{}}}}})",
+                   name, at, counted, taken.count);
+  } else {
+    fmt::format_to(
+        into, R"(,{{"name":"{}","ph":"X","pid":1,"tid":1,"ts":{:.3f},"dur":{:.3f},"args":{{"frame":{}}}}})",
+        name, at, 1e-3 * static_cast<double>(taken.end - taken.begin), taken.count);
+  }
+}
 
 }  // namespace
 
@@ -41,20 +61,7 @@ std::string FrameTrace::json() const {
   bool whole = false;  // from the first frame on, never from within one
   for (const Taken& taken : all) {
     whole = whole || (taken.what == TraceWhat::kFrame && taken.begin >= oldest);
-    if (!whole) continue;
-    const char* name = kNames[static_cast<std::size_t>(taken.what)];
-    const double at = 1e-3 * static_cast<double>(taken.begin);
-    if (taken.what >= TraceWhat::kLate) {
-      fmt::format_to(
-          std::back_inserter(text),
-          R"(,{{"name":"{}","ph":"i","s":"t","pid":1,"tid":1,"ts":{:.3f},"args":{{"frames":{}}}}})", name, at,
-          taken.count);
-    } else {
-      fmt::format_to(
-          std::back_inserter(text),
-          R"(,{{"name":"{}","ph":"X","pid":1,"tid":1,"ts":{:.3f},"dur":{:.3f},"args":{{"frame":{}}}}})", name,
-          at, 1e-3 * static_cast<double>(taken.end - taken.begin), taken.count);
-    }
+    if (whole) write(taken, text);
   }
   return text + "]}\n";
 }

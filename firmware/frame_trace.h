@@ -10,7 +10,16 @@
 
 namespace cupola {
 
-enum class TraceWhat : std::uint8_t { kFrame, kFaces, kWarp, kPresent, kLate, kDropped };
+enum class TraceWhat : std::uint8_t {
+  kFrame,  // and within it, one after the other ...
+  kFaces,
+  kWarp,
+  kPresent,
+  kLate,  // instants
+  kDropped,
+  kCue,    // an instant: another one began
+  kAhead,  // a level: frames that are decoded and not yet shown
+};
 
 // A ring that the loop's thread writes without waiting and whoever asks reads meanwhile: a mark that is
 // written over just then is left out. Allocates at once, and in json().
@@ -20,7 +29,7 @@ class FrameTrace {
   static constexpr std::chrono::seconds kLongest{60};
 
   FrameTrace() : marks_(kMarks) {}
-  // `count`: the frame's number, or how many were dropped. What ends when it begins is an instant.
+  // `count`: the frame's number; how many were late or dropped; the cue's number, from 1; the level.
   void add(TraceWhat what, std::chrono::nanoseconds begin, std::chrono::nanoseconds end,
            std::int64_t count) noexcept {
     const std::uint64_t number = added_.load(std::memory_order_relaxed);

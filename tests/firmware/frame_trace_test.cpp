@@ -32,7 +32,10 @@ class SlowFrames final : public FrameMaker {
   }
   void shown(nanoseconds) noexcept override {}
   double rate() const override { return 60.0; }
-  void report(ShowReport&) const noexcept override {}
+  void report(ShowReport& report) const noexcept override {
+    report.cue = static_cast<std::size_t>(made_ / 1000);
+    report.queue = {made_ / 50 % 8, 8};
+  }
 
  private:
   FakeClock& clock_;
@@ -56,11 +59,23 @@ TEST(FrameTrace, HasEveryFrameOfTheLastMinuteAndItsStagesWithin) {
   double last = 0.0;
   std::int64_t late = 0;
   std::int64_t dropped = 0;
+  std::vector<std::int64_t> cues;
+  std::vector<std::int64_t> levels;
   for (const nlohmann::json& event : trace.at("traceEvents")) {
     if (event.at("ph") == "M") continue;
     const double begin = event.at("ts");
     first = std::min(first, begin);
     last = std::max(last, begin);
+    if (event.at("ph") == "C") {
+      EXPECT_EQ(event.at("name"), "decoded ahead");
+      levels.push_back(event.at("args").at("frames"));
+      continue;
+    }
+    if (event.at("name") == "cue") {
+      EXPECT_EQ(event.at("ph"), "i");
+      cues.push_back(event.at("args").at("cue"));
+      continue;
+    }
     if (event.at("ph") == "i") {
       (event.at("name") == "late" ? late : dropped) += event.at("args").at("frames").get<std::int64_t>();
       continue;
@@ -80,6 +95,11 @@ TEST(FrameTrace, HasEveryFrameOfTheLastMinuteAndItsStagesWithin) {
   EXPECT_NEAR(last - first, 60e6, 1e5);
   EXPECT_GT(all.size(), 2000U);
   for (const auto& [number, frame] : all) EXPECT_NEAR(frame.parts, frame.end - frame.begin, 0.05) << number;
+  EXPECT_EQ(cues.back(), cues.front() + static_cast<std::int64_t>(cues.size()) - 1);
+  EXPECT_GE(cues.size(), 3U);
+  ASSERT_GT(levels.size(), 40U);
+  for (std::size_t i = 1; i < levels.size(); ++i)
+    EXPECT_EQ(levels[i], (levels[i - 1] + 1) % 8) << "once a change";
   EXPECT_GT(late, 0);
   EXPECT_NEAR(static_cast<double>(dropped), static_cast<double>(loop.counts().frames_dropped) * 60.0 / 90.0,
               10.0);
