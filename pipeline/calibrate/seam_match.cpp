@@ -20,11 +20,14 @@ constexpr int kWindow = kPatch + 2 * kReach;  // where the patch is looked for, 
 constexpr int kOffsets = 2 * kReach + 1;
 constexpr int kGrid = 128;     // rays of the frame along a side among which places are looked for
 constexpr double kBand = 8.0;  // degrees: how much farther a view's axis may be than the nearest one's
-// Steps of 255 a texel, the root mean square in the patch's worst direction: at least this, and so much of
-// what is left between patch and match, a deviation in steps, that it is not noise's own slope (0.46).
+// Squares of slopes, in steps of 255 a texel. Those of smoothed noise are 0.42 of its variance: what is left
+// between a patch and its match is to have less than half of that, and pictures that are to be alike less
+// than this share of their own variance.
 constexpr double kLeastSlope = 1.0;
-constexpr double kSlopeOfRest = 0.65;
-constexpr float kLeastAlike = 0.8F;   // correlation
+constexpr double kSlopeOfRest = 0.42;
+constexpr double kSlopeOfNoise = 0.3;
+constexpr double kLeastAlike = 0.8;  // correlation
+constexpr double kVeryAlike = 0.95;
 constexpr float kLeastAhead = 0.1F;   // of the next best place
 constexpr int kOnePeak = 2;           // texels: what is so near belongs to the same peak
 constexpr double kStrayTexels = 1.0;  // beyond, and beyond so many times what half of all are within
@@ -43,11 +46,12 @@ bool see(const View& first, const View& second, int x, int y, Vec2& at) {
 }
 
 // Whether a window of the second view, whose corner is (x0, y0), is in its picture, and its corners are in
-// the first one's.
+// the first one's, which is not tiny.
 bool see_corners(const View& first, const View& second, int x0, int y0) {
   constexpr int kLast = kWindow - 1;
   Vec2 at;
-  return x0 >= 0 && y0 >= 0 && x0 + kWindow <= second.size.width && y0 + kWindow <= second.size.height &&
+  return std::min(first.size.width, first.size.height) >= kPatch + 2 && x0 >= 0 && y0 >= 0 &&
+         x0 + kWindow <= second.size.width && y0 + kWindow <= second.size.height &&
          see(first, second, x0, y0, at) && see(first, second, x0 + kLast, y0, at) &&
          see(first, second, x0, y0 + kLast, at) && see(first, second, x0 + kLast, y0 + kLast, at);
 }
@@ -105,35 +109,44 @@ float sample(const std::vector<float>& picture, int width, const Vec2& at) {
   return sum;
 }
 
-// Of the patch, in the direction where it is least: the smaller eigenvalue of the slopes' mean outer product.
-double square_of_slope(const std::vector<float>& picture, int width, int x0, int y0) {
+struct Texture {
+  double slope = 0.0;  // its square's mean in the direction where it is least
+  double variance = 0.0;
+  bool is_enough() const { return slope >= kLeastSlope; }
+  bool may_be_noise() const { return slope > kSlopeOfNoise * variance; }
+};
+
+// Of a square whose corner is `from`, with a texel to spare all around: the slope is the smaller eigenvalue
+// of the slopes' mean outer product.
+Texture texture_of(const float* from, std::ptrdiff_t stride, int side) {
   double xx = 0.0;
   double xy = 0.0;
   double yy = 0.0;
-  for (int y = y0; y < y0 + kPatch; ++y) {
-    const float* row = picture.data() + static_cast<std::ptrdiff_t>(y) * width;
-    for (int x = x0; x < x0 + kPatch; ++x) {
-      const double across = 0.5 * (row[x + 1] - row[x - 1]);
-      const double down = 0.5 * (row[x + width] - row[x - width]);
+  double sum = 0.0;
+  double squares = 0.0;
+  for (int y = 0; y < side; ++y, from += stride) {
+    for (int x = 0; x < side; ++x) {
+      const double across = 0.5 * (from[x + 1] - from[x - 1]);
+      const double down = 0.5 * (from[x + stride] - from[x - stride]);
       xx += across * across;
       xy += across * down;
       yy += down * down;
+      sum += from[x];
+      squares += from[x] * from[x];
     }
   }
-  const double middle = 0.5 * (xx + yy) / (kPatch * kPatch);
-  const double spread = std::hypot(0.5 * (xx - yy), xy) / (kPatch * kPatch);
-  return middle - spread;
+  const double count = side * side;
+  const double least = 0.5 * (xx + yy) - std::hypot(0.5 * (xx - yy), xy);
+  return {least / count, squares / count - sum / count * (sum / count)};
 }
 
-double variance(const std::array<float, kPatch * kPatch>& patch) {
-  double sum = 0.0;
-  double squares = 0.0;
-  for (const float value : patch) {
-    sum += value;
-    squares += value * value;
-  }
-  const double mean = sum / static_cast<double>(patch.size());
-  return squares / static_cast<double>(patch.size()) - mean * mean;
+// Of a patch about a place of a picture, or as near to there as fits.
+Texture texture_about(const std::vector<float>& picture, Size size, const Vec2& middle) {
+  const auto corner = [](double at, int side) {
+    return std::clamp(static_cast<int>(at) - kPatch / 2, 1, side - kPatch - 1);
+  };
+  const std::ptrdiff_t row = corner(middle.y, size.height);
+  return texture_of(picture.data() + row * size.width + corner(middle.x, size.width), size.width, kPatch);
 }
 
 // Of the patch with every part of the window: gains and blacks do not matter to it.
@@ -273,13 +286,12 @@ SeamMatch::SeamMatch(const Rig& rig, std::size_t first, std::size_t second)
 }
 
 void SeamMatch::match(Place& place, const std::vector<float>& first, const std::vector<float>& second) const {
-  const double slope = square_of_slope(second, second_size_.width, place.x, place.y);
-  if (slope < kLeastSlope * kLeastSlope) return;
+  const float* corner = second.data() + static_cast<std::ptrdiff_t>(place.y) * second_size_.width + place.x;
+  const Texture own = texture_of(corner, second_size_.width, kPatch);
+  if (!own.is_enough()) return;
   std::array<float, kPatch * kPatch> patch;
-  for (int y = 0; y < kPatch; ++y) {
-    const float* row = second.data() + static_cast<std::ptrdiff_t>(place.y + y) * second_size_.width;
-    std::copy_n(row + place.x, kPatch, patch.data() + y * kPatch);
-  }
+  for (int y = 0; y < kPatch; ++y, corner += second_size_.width)
+    std::copy_n(corner, kPatch, patch.data() + y * kPatch);
   std::array<float, kWindow * kWindow> window;
   for (std::size_t i = 0; i < window.size(); ++i)
     window[i] = sample(first, first_size_.width, place.in_first[i]);
@@ -287,13 +299,16 @@ void SeamMatch::match(Place& place, const std::vector<float>& first, const std::
   const auto best = std::max_element(correlations.begin(), correlations.end()) - correlations.begin();
   const int x = static_cast<int>(best) % kOffsets;
   const int y = static_cast<int>(best) / kOffsets;
+  const double agrees = alike(correlations, x, y);
+  const double rest = own.variance * (1.0 - agrees * agrees);
+  const bool sure = own.slope >= kSlopeOfRest * rest;
+  if (!sure && agrees >= kVeryAlike) return;  // but for noise it may be anywhere along a line
   const bool at_border = x == 0 || y == 0 || x == kOffsets - 1 || y == kOffsets - 1;
-  if (at_border || alike(correlations, x, y) < kLeastAlike) {
-    place.unlike = true;
+  if (!sure || at_border || agrees < kLeastAlike) {
+    const Texture other = texture_about(first, first_size_, place.in_first[place.in_first.size() / 2]);
+    if (other.is_enough() && !own.may_be_noise() && !other.may_be_noise()) place.unlike = true;
     return;
   }
-  const double rest = variance(patch) * (1.0 - alike(correlations, x, y) * alike(correlations, x, y));
-  if (slope < kSlopeOfRest * kSlopeOfRest * rest) return;
   const std::optional<Vec2> step = top(correlations, x, y);
   if (!step || has_another_peak(correlations, x, y)) {
     place.repeats = true;

@@ -21,8 +21,8 @@ struct SeamMeasure {
   static constexpr std::size_t kLeast = 8;  // shifts, to say anything of a seam
 
   std::vector<SeamShift> shifts;  // of the places that told one; of several looks at a place the median
-  // The places that told none, by why: too little texture, the same pattern twice in reach, and nothing alike
-  // in reach.
+  // The places that told none, by why: too little texture, or none that is sure to be more than noise; the
+  // same pattern twice in reach; nothing alike in reach.
   std::size_t plain = 0;
   std::size_t repeating = 0;
   std::size_t unlike = 0;
