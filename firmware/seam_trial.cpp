@@ -23,10 +23,10 @@ struct Neighbour {
   const std::vector<TrialPicture>* pictures = nullptr;
 };
 
-// Matches pictures that are near enough in time; how many instants there were.
-int look(SeamMatch& match, const Rig& rig, const Neighbour& one, const Neighbour& other,
-         nanoseconds tolerance) {
-  int instants = 0;
+// Matches pictures that are near enough in time; false where there are none.
+bool look(SeamMatch& match, const Rig& rig, const Neighbour& one, const Neighbour& other,
+          nanoseconds tolerance) {
+  bool any = false;
   nanoseconds next = nanoseconds::min();
   for (const TrialPicture& picture : *one.pictures) {
     if (picture.at < next || picture.grey.size != rig.views[one.view].size) continue;
@@ -35,12 +35,12 @@ int look(SeamMatch& match, const Rig& rig, const Neighbour& one, const Neighbour
           beside.grey.size != rig.views[other.view].size)
         continue;
       match.look(picture.grey, beside.grey);
-      ++instants;
+      any = true;
       next = picture.at + kBetweenLooks;
       break;
     }
   }
-  return instants;
+  return any;
 }
 
 // "0.3 right, 0.2 down"; empty where it is neither.
@@ -82,8 +82,9 @@ std::string complaint(const SeamMeasure& measure, const Rig& rig) {
     return fmt::format("{:.2f} texels apart, expected {:g} at most of things {}: see cupola calibrate",
                        measure.median, kMostApart, meeting(rig));
   }
-  // They have texture, and yet do not show the same.
-  if (!measure.tells() && measure.unlike >= SeamMeasure::kLeast && 2 * measure.unlike > measure.places()) {
+  // Most places with texture show other things.
+  if (!measure.tells() && measure.unlike >= 2 * SeamMeasure::kLeast &&
+      2 * measure.unlike > measure.places() - measure.plain) {
     return fmt::format(
         "nothing alike within {} texels at {} of {} places, expected pictures of the same things {}: see "
         "cupola "
@@ -93,15 +94,12 @@ std::string complaint(const SeamMeasure& measure, const Rig& rig) {
   return {};
 }
 
-}  // namespace
-
-std::vector<std::string> try_seams(const Rig& rig, std::span<const OpenCamera> cameras,
-                                   std::span<const TrialResult> results, nanoseconds tolerance) {
-  std::vector<std::string> wrong;
-  Rig sized = rig;
+// Views that have pictures, and their sizes.
+std::vector<Neighbour> neighbours_of(Rig& rig, std::span<const OpenCamera> cameras,
+                                     std::span<const TrialResult> results, std::vector<std::string>& wrong) {
   std::vector<Neighbour> neighbours;
-  for (std::size_t v = 0; v < sized.views.size(); ++v) {
-    View& view = sized.views[v];
+  for (std::size_t v = 0; v < rig.views.size(); ++v) {
+    View& view = rig.views[v];
     const auto camera = std::find_if(cameras.begin(), cameras.end(),
                                      [&](const OpenCamera& of) { return of.settings.view == view.name; });
     if (camera == cameras.end()) continue;
@@ -117,6 +115,16 @@ std::vector<std::string> try_seams(const Rig& rig, std::span<const OpenCamera> c
     view.size = sent;
     if (!result.pictures.empty()) neighbours.push_back({v, &result.pictures});
   }
+  return neighbours;
+}
+
+}  // namespace
+
+std::vector<std::string> try_seams(const Rig& rig, std::span<const OpenCamera> cameras,
+                                   std::span<const TrialResult> results, nanoseconds tolerance) {
+  std::vector<std::string> wrong;
+  Rig sized = rig;
+  const std::vector<Neighbour> neighbours = neighbours_of(sized, cameras, results, wrong);
   bool told = false;
   for (std::size_t a = 0; a < neighbours.size(); ++a) {
     for (std::size_t b = a + 1; b < neighbours.size(); ++b) {
@@ -126,7 +134,7 @@ std::vector<std::string> try_seams(const Rig& rig, std::span<const OpenCamera> c
       if (!match.overlap()) continue;
       const std::string seam =
           fmt::format("seam {}, {}", sized.views[one.view].name, sized.views[other.view].name);
-      if (look(match, sized, one, other, tolerance) == 0) {
+      if (!look(match, sized, one, other, tolerance)) {
         fmt::print("{}: cannot be told: no whole pictures of both within {:g} ms\n", seam,
                    std::chrono::duration<double, std::milli>(tolerance).count());
         continue;
@@ -138,9 +146,10 @@ std::vector<std::string> try_seams(const Rig& rig, std::span<const OpenCamera> c
       told = told || measure.tells();
     }
   }
-  if (told)
+  if (told) {
     fmt::print("seams: of things {}; what is nearer{} is apart by parallax\n", meeting(rig),
                std::isinf(rig.seams.distance_m) ? "" : " or farther");
+  }
   return wrong;
 }
 
