@@ -68,7 +68,7 @@ std::string describe(const SeamMeasure& measure) {
                                  measure.median, measure.shifts.size() - measure.strays, measure.most);
   const std::string mostly = sides(measure.mostly);
   if (!mostly.empty()) text += ", mostly " + mostly;
-  if (measure.strays > 0) text += fmt::format("; {} strays", measure.strays);
+  if (measure.strays > 0) text += fmt::format("; {} stray{}", measure.strays, measure.strays > 1 ? "s" : "");
   return text;
 }
 
