@@ -20,13 +20,11 @@ constexpr int kWindow = kPatch + 2 * kReach;  // where the patch is looked for, 
 constexpr int kOffsets = 2 * kReach + 1;
 constexpr int kGrid = 128;     // rays of the frame along a side among which places are looked for
 constexpr double kBand = 8.0;  // degrees: how much farther a view's axis may be than the nearest one's
-// Squares of slopes, in steps of 255 a texel. Those of smoothed noise are 0.42 of its variance: what is left
-// between a patch and its match is to have less than half of that, and pictures that are to be alike less
-// than this share of their own variance.
+// Squares of slopes, steps of 255 a texel. Smoothed noise has 0.42 of its variance.
 constexpr double kLeastSlope = 1.0;
-constexpr double kSlopeOfRest = 0.42;
-constexpr double kSlopeOfNoise = 0.3;
-constexpr double kLeastAlike = 0.8;  // correlation
+constexpr double kSlopeOfRest = 0.42;  // of what is left between a patch and its match: twice that of noise
+constexpr double kSlopeOfNoise = 0.3;  // of the variance: a texture with more of it may be noise
+constexpr double kLeastAlike = 0.8;    // correlation
 constexpr double kVeryAlike = 0.95;
 constexpr float kLeastAhead = 0.1F;   // of the next best place
 constexpr int kOnePeak = 2;           // texels: what is so near belongs to the same peak
