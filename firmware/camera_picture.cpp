@@ -41,6 +41,18 @@ std::optional<Brightness> brightness(CameraFormat format) {
   return std::nullopt;
 }
 
+// Of frames that have all their rows.
+std::optional<Brightness> brightness_of(const CameraFrame& frame) {
+  const std::optional<Brightness> where = brightness(frame.format);
+  const CameraPlane& plane = frame.planes[0];
+  if (!where || !plane.data || frame.width < 2 || frame.height < 1 || plane.stride < 1) return std::nullopt;
+  const auto row_bytes = static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(where->step);
+  if (plane.bytes <
+      row_bytes + static_cast<std::size_t>(plane.stride) * static_cast<std::size_t>(frame.height - 1))
+    return std::nullopt;
+  return where;
+}
+
 void find_edges(const std::vector<int>& row, std::vector<double>& widths) {
   std::size_t begin = 0;
   int steepest = 0;
@@ -63,13 +75,9 @@ void find_edges(const std::vector<int>& row, std::vector<double>& widths) {
 }  // namespace
 
 std::optional<PictureFacts> look_at(const CameraFrame& frame, const CameraMode& mode) {
-  const std::optional<Brightness> where = brightness(frame.format);
+  const std::optional<Brightness> where = brightness_of(frame);
+  if (!where) return std::nullopt;
   const CameraPlane& plane = frame.planes[0];
-  if (!where || !plane.data || frame.width < 2 || frame.height < 1 || plane.stride < 1) return std::nullopt;
-  const auto row_bytes = static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(where->step);
-  if (plane.bytes <
-      row_bytes + static_cast<std::size_t>(plane.stride) * static_cast<std::size_t>(frame.height - 1))
-    return std::nullopt;
   const bool full = where->rgb || mode.full_range;
   const int black = full ? 0 : 16;
   const int white = full ? 255 : 235;
@@ -98,6 +106,19 @@ std::optional<PictureFacts> look_at(const CameraFrame& frame, const CameraMode& 
     facts.edge_texels = *tenth;
   }
   return facts;
+}
+
+std::optional<GreyPicture> grey_of(const CameraFrame& frame) {
+  const std::optional<Brightness> where = brightness_of(frame);
+  if (!where) return std::nullopt;
+  GreyPicture picture{{frame.width, frame.height}, {}};
+  picture.texels.resize(static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height));
+  auto to = picture.texels.begin();
+  for (int y = 0; y < frame.height; ++y) {
+    const std::uint8_t* from = frame.planes[0].data + y * frame.planes[0].stride + where->first;
+    for (int x = 0; x < frame.width; ++x, from += where->step) *to++ = *from;
+  }
+  return picture;
 }
 
 }  // namespace cupola

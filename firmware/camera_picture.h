@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "hal/camera/camera.h"
+#include "pipeline/frame/grey_picture.h"
 
 namespace cupola {
 
@@ -18,5 +19,8 @@ struct PictureFacts {
 
 // From every fourth row's brightness; of RGB, its green. None for JPEG pictures and damaged frames.
 std::optional<PictureFacts> look_at(const CameraFrame& frame, const CameraMode& mode);
+
+// All of the same brightness, copied; none for the same.
+std::optional<GreyPicture> grey_of(const CameraFrame& frame);
 
 }  // namespace cupola

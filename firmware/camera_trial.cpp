@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace cupola {
 namespace {
@@ -23,11 +24,25 @@ struct Seen {
 
 // Looking at a picture takes milliseconds, which every frame would not leave.
 constexpr nanoseconds kBetweenLooks = std::chrono::milliseconds(500);
+constexpr int kKeptALook = 2;
 
 struct Looks {
   std::optional<PictureFacts> facts;
+  std::vector<TrialPicture> pictures;
   nanoseconds next{0};
+  int to_keep = 0;
 };
+
+void look(const CameraFrame& frame, const CameraMode& mode, Looks& looks) {
+  if (frame.captured_at >= looks.next) {
+    looks.next = (frame.captured_at / kBetweenLooks + 1) * kBetweenLooks;
+    looks.to_keep = kKeptALook;
+    if (const auto facts = look_at(frame, mode)) looks.facts = facts;
+  }
+  if (looks.to_keep == 0) return;
+  --looks.to_keep;
+  if (auto grey = grey_of(frame)) looks.pictures.push_back({frame.captured_at, std::move(*grey)});
+}
 
 void collect(CameraWatch& camera, std::vector<Seen>& seen, Looks& looks) {
   CameraFrame frame;
@@ -35,10 +50,7 @@ void collect(CameraWatch& camera, std::vector<Seen>& seen, Looks& looks) {
     switch (camera.poll(frame)) {
       case CameraWatch::Poll::kFrame:
         seen.push_back({frame.sequence, frame.captured_at});
-        if (frame.captured_at >= looks.next) {
-          looks.next = frame.captured_at + kBetweenLooks;
-          if (const auto facts = look_at(frame, camera.mode())) looks.facts = facts;
-        }
+        look(frame, camera.mode(), looks);
         camera.give_back(frame);
         break;
       case CameraWatch::Poll::kBack:
@@ -113,6 +125,7 @@ std::vector<TrialResult> try_cameras(std::span<CameraWatch* const> cameras, Cloc
     if (result.counts.starts > 0) result.mode = camera.mode();
     if (result.counts.losses + result.counts.failed_starts > 0) result.trouble = camera.trouble();
     result.picture = looks[i].facts;
+    result.pictures = std::move(looks[i].pictures);
     measure_pace(seen[i], result);
     if (i > 0) measure_offset(seen[0], seen[i], result);
   }

@@ -14,6 +14,11 @@
 
 namespace cupola {
 
+struct TrialPicture {
+  std::chrono::nanoseconds at{0};
+  GreyPicture grey;
+};
+
 struct TrialResult {
   CameraCounts counts;
   std::optional<CameraMode> mode;        // none: it never started
@@ -22,6 +27,9 @@ struct TrialResult {
   double jitter_ms = 0.0;     // standard deviation of the time between frames that follow each other
   double worst_gap_ms = 0.0;  // the longest time between two frames
   std::optional<PictureFacts> picture;  // of the last frame that was looked at: one in half a second
+  // The first two of every half second of the clock, whatever the camera: of cameras in step, one of the two
+  // is of the same instant. None of JPEG ones.
+  std::vector<TrialPicture> pictures;
   // Against the first camera: median over its frames of (nearest frame of this one - it). None without frames
   // of both.
   std::optional<double> offset_ms;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <filesystem>
 
 #include "firmware/command.h"
 #include "firmware/cue_trial.h"
@@ -23,11 +24,16 @@ class CheckCommand final : public Command {
                 "every device "
                 "in it",
                 "  cupola check demo\n"
-                "  cupola check --rig my-dome.toml\n") {
+                "  cupola check --rig my-dome.toml\n"
+                "  cupola check --rig my-dome.toml --replay incident\n") {
     options().add_option("show", show_, "The show's file, or the name of one in config/shows");
     options()
         .add_option("--rig", rig_, "A rig; together with a show, instead of the show's own")
         ->type_name("FILE");
+    options()
+        .add_option("--replay", replay_,
+                    "Beside --rig: try its cameras as they were in a folder that play --record wrote")
+        ->type_name("DIR");
     offer_cache();
   }
 
@@ -40,6 +46,7 @@ class CheckCommand final : public Command {
 
   std::string show_;
   std::string rig_;
+  std::filesystem::path replay_;
   std::vector<std::string> troubles_;  // of the rig's devices; cues that are too slow
 };
 
@@ -101,7 +108,7 @@ void CheckCommand::check_rig(std::vector<std::string>& errors) {
       describe(rig);
       print_parallax(rig, devices.cameras);
       print_colours(devices);
-      troubles_ = try_rig(devices, rig.frame.size);
+      troubles_ = replay_.empty() ? try_rig(rig, devices) : try_recording(rig, devices, replay_);
     }
   } catch (const InputError& error) {
     errors.emplace_back(error.what());
@@ -159,6 +166,8 @@ void CheckCommand::try_cues(const Show& show, WorkerPool& pool, std::vector<std:
 
 int CheckCommand::run() {
   cpu();
+  if (!replay_.empty() && (rig_.empty() || !show_.empty()))
+    throw InputError("check: --replay is for --rig without a show");
   std::vector<std::string> errors;
   if (!show_.empty()) {
     check_show(errors);

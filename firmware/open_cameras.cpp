@@ -52,7 +52,7 @@ void make_folder(const std::filesystem::path& folder) {
   if (failed) throw InputError(fmt::format("{}: {}", folder.string(), failed.message()));
 }
 
-std::unique_ptr<Camera> replay(const std::filesystem::path& file, Clock& clock, ReplayTime& time) {
+std::unique_ptr<RecordedCamera> replay(const std::filesystem::path& file, Clock& clock, ReplayTime& time) {
   try {
     auto camera = std::make_unique<RecordedCamera>(clock, time, file);
     if (!camera->recording().is_whole()) {
@@ -63,6 +63,15 @@ std::unique_ptr<Camera> replay(const std::filesystem::path& file, Clock& clock, 
   } catch (const std::runtime_error& error) {
     throw InputError(error.what());
   }
+}
+
+// As it was first started.
+std::optional<CameraMode> first_mode(const RecordingReader& recording) {
+  for (std::size_t i = 0; i < recording.size(); ++i) {
+    const CameraRecord record = recording.at(i);
+    if (record.kind == RecordKind::kStarted) return record.mode;
+  }
+  return std::nullopt;
 }
 
 std::unique_ptr<RecordingCamera> record(std::unique_ptr<Camera> device, const std::filesystem::path& file,
@@ -136,9 +145,18 @@ std::vector<OpenCamera> CameraDrivers::open(std::span<const RigCamera> cameras, 
       fake || !recordings.replay.empty() ? CameraWatch::Starting::kInPoll : CameraWatch::Starting::kOnAThread;
   std::vector<OpenCamera> opened;
   for (const RigCamera& camera : cameras) {
-    std::unique_ptr<Camera> device =
-        recordings.replay.empty() ? open_device(camera, opened.size(), clock, fake)
-                                  : replay(file_of(recordings.replay, camera), clock, shared_->replay_time);
+    std::unique_ptr<Camera> device;
+    std::optional<CameraMode> whole;
+    if (recordings.replay.empty()) {
+      device = open_device(camera, opened.size(), clock, fake);
+    } else {
+      auto recorded = replay(file_of(recordings.replay, camera), clock, shared_->replay_time);
+      if (recordings.from_first_frame) {
+        recorded->pass_over_empty_starts();
+        whole = first_mode(recorded->recording());
+      }
+      device = std::move(recorded);
+    }
     const RecordingCamera* recording = nullptr;
     if (!recordings.record.empty()) {
       auto made =
@@ -150,6 +168,7 @@ std::vector<OpenCamera> CameraDrivers::open(std::span<const RigCamera> cameras, 
     opened.emplace_back(camera, std::make_unique<MjpegCamera>(std::move(device), clock, decoding), clock,
                         starting);
     opened.back().recording = recording;
+    opened.back().whole = whole;
   }
   return opened;
 }

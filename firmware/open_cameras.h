@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,13 +24,16 @@ struct OpenCamera {
   RigCamera settings;
   std::unique_ptr<Camera> device;
   const RecordingCamera* recording = nullptr;  // within the device, where it is recorded
+  std::optional<CameraMode>
+      whole;  // of a recording from its first frame on: what it was before it was cropped
   std::unique_ptr<CameraWatch> watch;
 };
 
 // Folders with a file VIEW.camera a camera; empty: none.
 struct CameraRecordings {
-  std::filesystem::path record;  // what the cameras say goes there
-  std::filesystem::path replay;  // what they said then stands in for the rig's own
+  std::filesystem::path record;   // what the cameras say goes there
+  std::filesystem::path replay;   // what they said then stands in for the rig's own
+  bool from_first_frame = false;  // replayed without the starts that nothing came of
 };
 
 // Drivers that several cameras share. Outlives the cameras.

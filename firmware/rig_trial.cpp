@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "firmware/camera_trial.h"
 #include "firmware/open_cameras.h"
+#include "firmware/seam_trial.h"
 #include "hal/gpio/gpiod_lines.h"
 #ifdef CUPOLA_KMS
 #include "hal/display/kms_device.h"
@@ -43,16 +45,25 @@ void print(const RigCamera& camera, const TrialResult& result) {
   }
 }
 
-void try_the_cameras(const std::vector<RigCamera>& settings, Complaints& wrong) {
+// What fake cameras send is of no world, and has no seams; recordings go by the fake clock too.
+void try_the_cameras(const Rig& rig, const RigDevices& devices, const std::filesystem::path& recording,
+                     Complaints& wrong) {
+  const std::vector<RigCamera>& settings = devices.cameras;
   if (settings.empty()) return;
-  const bool fakes = std::all_of(settings.begin(), settings.end(), [](const RigCamera& camera) {
-    return camera.driver == CameraDriver::kFake;
-  });
+  const bool fakes =
+      recording.empty() && std::all_of(settings.begin(), settings.end(), [](const RigCamera& camera) {
+        return camera.driver == CameraDriver::kFake;
+      });
   MonotonicClock real;
   FakeClock fake;
-  Clock& clock = fakes ? static_cast<Clock&>(fake) : static_cast<Clock&>(real);
+  const bool real_time = recording.empty() && !fakes;
+  Clock& clock = real_time ? static_cast<Clock&>(real) : static_cast<Clock&>(fake);
+  CameraRecordings recordings;
+  recordings.replay = recording;
+  recordings.from_first_frame = true;
   CameraDrivers drivers;
-  const std::vector<OpenCamera> cameras = drivers.open(settings, clock, fakes ? &fake : nullptr);
+  const std::vector<OpenCamera> cameras =
+      drivers.open(settings, clock, real_time ? nullptr : &fake, recordings);
   std::vector<CameraWatch*> watches;
   for (const OpenCamera& camera : cameras) watches.push_back(camera.watch.get());
   const std::vector<TrialResult> results = try_cameras(watches, clock, 2s);
@@ -63,6 +74,9 @@ void try_the_cameras(const std::vector<RigCamera>& settings, Complaints& wrong) 
           fmt::format("camera {}: {}: {}", settings[c].view, settings[c].setup.device, complaint));
     }
   }
+  if (fakes) return;
+  for (std::string& complaint : try_seams(rig, cameras, results, devices.sync.tolerance))
+    wrong.push_back(std::move(complaint));
 }
 
 void try_the_lines(const GpioSettings& settings, Complaints& wrong) {
@@ -116,11 +130,18 @@ void try_the_projector([[maybe_unused]] const ProjectorSettings& settings, [[may
 
 }  // namespace
 
-std::vector<std::string> try_rig(const RigDevices& devices, Size frame) {
+std::vector<std::string> try_rig(const Rig& rig, const RigDevices& devices) {
   Complaints wrong;
-  try_the_cameras(devices.cameras, wrong);
+  try_the_cameras(rig, devices, {}, wrong);
   try_the_lines(devices.gpio, wrong);
-  try_the_projector(devices.projector, frame, wrong);
+  try_the_projector(devices.projector, rig.frame.size, wrong);
+  return wrong;
+}
+
+std::vector<std::string> try_recording(const Rig& rig, const RigDevices& devices,
+                                       const std::filesystem::path& folder) {
+  Complaints wrong;
+  try_the_cameras(rig, devices, folder, wrong);
   return wrong;
 }
 

@@ -2,16 +2,23 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "firmware/rig_devices.h"
-#include "pipeline/frame/image.h"
+#include "pipeline/optics/rig.h"
 
 namespace cupola {
 
 // Streams the cameras for two seconds, takes the GPIO lines for a moment and looks for the projector's mode
-// for frames of `frame`, without setting it. Prints a line a device; returns what is wrong, in words.
-std::vector<std::string> try_rig(const RigDevices& devices, Size frame);
+// for the rig's frames, without setting it. Prints a line a device and one a seam; returns what is wrong, in
+// words.
+std::vector<std::string> try_rig(const Rig& rig, const RigDevices& devices);
+
+// The first two seconds of what the cameras said in a recording, instead; no other device. Throws InputError
+// where it cannot be read.
+std::vector<std::string> try_recording(const Rig& rig, const RigDevices& devices,
+                                       const std::filesystem::path& folder);
 
 }  // namespace cupola

@@ -43,6 +43,17 @@ void RecordedCamera::stop() noexcept {
   clock_.set_alarm(alarm_, nanoseconds::max());
 }
 
+void RecordedCamera::pass_over_empty_starts() noexcept {
+  std::size_t start = next_;
+  for (std::size_t i = next_; i < recording_.size(); ++i) {
+    const RecordKind kind = recording_.at(i).kind;
+    if (is_start(kind)) start = i;
+    if (kind != RecordKind::kFrame) continue;
+    next_ = start;
+    return;
+  }
+}
+
 CameraPoll RecordedCamera::poll(CameraFrame& frame, CameraTrouble& trouble) noexcept {
   if (!running_) return CameraPoll::kNothing;
   if (!lost_) {

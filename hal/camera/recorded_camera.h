@@ -31,6 +31,9 @@ class RecordedCamera final : public Camera {
   int descriptor() const noexcept override { return running_ ? alarm_ : -1; }
 
   const RecordingReader& recording() const { return recording_; }
+  // Goes to the start that the first frame came of: shows start cameras whole before they crop them. Before
+  // the first start().
+  void pass_over_empty_starts() noexcept;
 
  private:
   void wind_alarm() noexcept;

@@ -71,12 +71,40 @@ TEST(CameraPicture, FindsTheBrightnessInEveryFormatAndKnowsItsRange) {
   }
 }
 
+TEST(CameraPicture, IsCopiedAsBrightnesses) {
+  struct Kind {
+    CameraFormat format;
+    int step;
+    int first;
+  };
+  for (const Kind& kind : {Kind{CameraFormat::kGrey, 1, 0}, Kind{CameraFormat::kNv12, 1, 0},
+                           Kind{CameraFormat::kYuyv, 2, 0}, Kind{CameraFormat::kUyvy, 2, 1},
+                           Kind{CameraFormat::kBgr24, 3, 1}, Kind{CameraFormat::kXrgb32, 4, 1}}) {
+    constexpr int kGap = 3;  // texels that are in memory beside each row
+    const std::vector<std::uint8_t> bytes = stripes(2.0, kind.step, kind.first, 16.0, 235.0);
+    CameraFrame frame = frame_of(bytes, kind.format, kind.step);
+    frame.width -= kGap;
+    const auto grey = grey_of(frame);
+    ASSERT_TRUE(grey);
+    ASSERT_EQ(grey->size, (Size{kSide - kGap, kSide}));
+    const std::vector<std::uint8_t> plain = stripes(2.0, 1, 0, 16.0, 235.0);
+    for (int y = 0; y < kSide; y += 7) {
+      for (int x = 0; x < kSide - kGap; ++x) {
+        ASSERT_EQ(grey->texels[static_cast<std::size_t>(y * (kSide - kGap) + x)],
+                  plain[static_cast<std::size_t>(y * kSide + x)])
+            << name_of(kind.format) << " " << x << " " << y;
+      }
+    }
+  }
+}
+
 TEST(CameraPicture, SaysNothingOfJpegOrOfWhatIsCutShort) {
   const std::vector<std::uint8_t> bytes = stripes(1.0, 1, 0, 40.0, 200.0);
   EXPECT_FALSE(look_at(frame_of(bytes, CameraFormat::kMjpeg, 1), {}));
   CameraFrame cut = frame_of(bytes, CameraFormat::kGrey, 1);
   cut.planes[0].bytes -= 1;
   EXPECT_FALSE(look_at(cut, {}));
+  EXPECT_FALSE(grey_of(cut));
   const std::vector<std::uint8_t> even(kSide * kSide, 100);
   EXPECT_EQ(look_at(frame_of(even, CameraFormat::kGrey, 1), {})->edge_texels, 0.0) << "no edges, no focus";
 }

@@ -51,6 +51,28 @@ TEST_F(CameraTrial, MeasuresRateJitterAndOffset) {
   for (const TrialResult& result : results) EXPECT_THAT(complaints(result, 60.0), IsEmpty());
 }
 
+// A camera begins its half seconds when the clock does, so that of cameras in step there are pictures of one
+// instant, whenever each of them came.
+TEST_F(CameraTrial, KeepsPicturesOfTheSameInstants) {
+  FakeCameraDevice first;
+  first.rate = 60.0;
+  add(first);
+  FakeCameraDevice later = first;
+  later.faults = {{CameraFault::kUnplugged, 0ns, 700ms}};
+  later.jitter = 2ms;
+  add(later);
+  const auto results = try_cameras(watches_, clock_, 2s);
+  EXPECT_EQ(results[0].pictures.size(), 8U) << "two in a half second";
+  int together = 0;
+  for (const TrialPicture& picture : results[1].pictures) {
+    EXPECT_EQ(picture.grey.size, (Size{first.width, first.height}));
+    EXPECT_GT(picture.at, 700ms);
+    for (const TrialPicture& beside : results[0].pictures)
+      together += std::chrono::abs(picture.at - beside.at) <= 10ms ? 1 : 0;
+  }
+  EXPECT_GE(together, 2) << "of those at one and at one and a half seconds";
+}
+
 TEST_F(CameraTrial, SaysWhatIsWrong) {
   FakeCameraDevice slow;
   slow.rate = 50.0;

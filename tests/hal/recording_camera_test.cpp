@@ -177,6 +177,38 @@ TEST(RecordedCamera, SaysAgainWhatItSaidAtTheSameTimes) {
   EXPECT_GT(live.size(), 100U);
 }
 
+// As a live show starts its cameras: whole, and again with a crop.
+TEST(RecordedCamera, BeginsWithTheStartThatFramesCameOfWhereItIsToldTo) {
+  const TemporaryFolder folder;
+  {
+    FakeClock clock;
+    FakeCameraDevice cutting = device();
+    cutting.crop = FakeCrop::kCuts;
+    RecordingCamera camera(std::make_unique<FakeCamera>(clock, cutting), clock, 0ns,
+                           std::make_unique<CameraRecorder>(folder / "camera", Writing::kAtOnce));
+    camera.start({});
+    CameraSetup setup;
+    setup.crop = {8, 8, 48, 32};
+    camera.start(setup);
+    clock.advance(20ms);
+    CameraFrame frame;
+    CameraTrouble trouble;
+    ASSERT_EQ(camera.poll(frame, trouble), CameraPoll::kFrame);
+  }
+  FakeClock clock;
+  ReplayTime time;
+  RecordedCamera from_begin(clock, time, folder / "camera");
+  EXPECT_EQ(std::get<CameraMode>(from_begin.start({})).width, kWidth);
+  RecordedCamera camera(clock, time, folder / "camera");
+  camera.pass_over_empty_starts();
+  EXPECT_EQ(std::get<CameraMode>(camera.start({})).width, 48);
+  clock.advance(20ms);
+  CameraFrame frame;
+  CameraTrouble trouble;
+  ASSERT_EQ(camera.poll(frame, trouble), CameraPoll::kFrame);
+  EXPECT_EQ(frame.width, 48);
+}
+
 TEST(RecordedCamera, EndsInSilenceAndDoesNotStartAgain) {
   const TemporaryFolder folder;
   {
