@@ -75,7 +75,7 @@ void try_the_cameras(const Rig& rig, const RigDevices& devices, const std::files
     }
   }
   if (fakes) return;
-  for (std::string& complaint : try_seams(rig, cameras, results, devices.sync.tolerance))
+  for (std::string& complaint : try_seams(rig, cameras, results, devices.live.sync.tolerance))
     wrong.push_back(std::move(complaint));
 }
 
