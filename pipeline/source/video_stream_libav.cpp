@@ -69,6 +69,7 @@ class VideoStream final : public PictureStream {
   void to_rgb(RowRange rows, const MutableImage& into);
   void copy_rgb(const AVPixFmtDescriptor& format, RowRange rows, const MutableImage& into);
   PlanarVideo kind_of_frame(const AVPixFmtDescriptor& format) const;
+  Plane<const std::byte> apart(const AVComponentDescriptor& chroma, std::size_t c, RowRange rows);
 
   MediaFile file_;
   const AVFrame* frame_ = nullptr;  // the file's
@@ -77,7 +78,8 @@ class VideoStream final : public PictureStream {
   Size size_;
   double rate_ = 0.0;
   std::optional<YuvToRgb> to_rgb_;
-  ImageBuffer row_;  // one row of RGB
+  std::array<std::vector<std::byte>, 2> chroma_;  // U and V where the file has them in one plane
+  ImageBuffer row_;                               // one row of RGB
 };
 
 VideoStream::VideoStream(const std::filesystem::path& path) : file_(path, kVideo) {
@@ -156,6 +158,29 @@ bool VideoStream::find(std::int64_t time) {
   return *at_ == time;
 }
 
+// How a format of luma and chroma lies in memory: a plane each, or U and V by turns in one, as in NV12 and
+// P010. Samples in the upper bits of 16, as P010's, are as good as 16 bits.
+bool is_known_yuv(const AVPixFmtDescriptor& format) {
+  const AVComponentDescriptor& luma = format.comp[0];
+  const int bytes = luma.depth > 8 ? 2 : 1;
+  if (luma.depth < 8 || luma.depth > 16) return false;
+  for (int c = 0; c < format.nb_components; ++c) {
+    const AVComponentDescriptor& component = format.comp[c];
+    const bool own_plane = component.plane == c && component.step == bytes;
+    const bool by_turns =
+        c > 0 && format.nb_components == 3 && component.plane == 1 && component.step == 2 * bytes;
+    if (component.depth != luma.depth || component.shift != 0 || !(own_plane || by_turns)) return false;
+  }
+  return true;
+}
+
+bool is_known_rgb(const AVPixFmtDescriptor& format) {
+  for (int c = 0; c < format.nb_components; ++c) {
+    if (format.comp[c].depth != 8 || format.comp[c].shift != 0) return false;
+  }
+  return format.nb_components >= 3;
+}
+
 bool VideoStream::read(std::int64_t frame, RowRange rows, const MutableImage& into, bool) {
   const FrameEntry& wanted = index_[static_cast<std::size_t>(frame)];
   auto key = index_.begin() + frame;
@@ -214,6 +239,20 @@ PlanarVideo VideoStream::kind_of_frame(const AVPixFmtDescriptor& format) const {
   return kind;
 }
 
+// The rows `rows` of one of two chromas that lie by turns in a plane.
+Plane<const std::byte> VideoStream::apart(const AVComponentDescriptor& chroma, std::size_t c, RowRange rows) {
+  const PlanarVideo& video = to_rgb_->video();
+  const auto bytes = static_cast<std::size_t>(video.bytes_per_sample());
+  const auto width = static_cast<std::size_t>(video.chroma_width());
+  chroma_[c].resize(bytes * width * static_cast<std::size_t>(video.chroma_height()));
+  std::byte* to = chroma_[c].data();
+  for (int y = rows.first; y < rows.last; ++y) {
+    const std::uint8_t* from = frame_->data[1] + std::ptrdiff_t{y} * frame_->linesize[1] + chroma.offset;
+    for (std::size_t x = 0; x < width; ++x, to += bytes) std::memcpy(to, from + 2 * bytes * x, bytes);
+  }
+  return {chroma_[c].data(), static_cast<std::ptrdiff_t>(bytes * width)};
+}
+
 void VideoStream::copy_rgb(const AVPixFmtDescriptor& format, RowRange rows, const MutableImage& into) {
   if (row_.empty()) row_ = ImageBuffer(PixelFormat::kRgbPlanar8, {size_.width, 1});
   for (int y = rows.first; y < rows.last; ++y) {
@@ -237,18 +276,10 @@ void VideoStream::to_rgb(RowRange rows, const MutableImage& into) {
   constexpr std::uint64_t kForeign = AV_PIX_FMT_FLAG_BE | AV_PIX_FMT_FLAG_PAL | AV_PIX_FMT_FLAG_BITSTREAM |
                                      AV_PIX_FMT_FLAG_HWACCEL | AV_PIX_FMT_FLAG_FLOAT | AV_PIX_FMT_FLAG_BAYER;
   const bool rgb = format && (format->flags & AV_PIX_FMT_FLAG_RGB) != 0;
-  bool known =
-      format && (format->flags & kForeign) == 0 && format->log2_chroma_w <= 1 && format->log2_chroma_h <= 1;
-  for (int c = 0; known && c < format->nb_components; ++c) {
-    const AVComponentDescriptor& component = format->comp[c];
-    const int depth = component.depth;
-    known = component.shift == 0 && depth == format->comp[0].depth && depth >= 8 && depth <= (rgb ? 8 : 16) &&
-            (rgb || (component.plane == c && component.step == (depth > 8 ? 2 : 1)));
-  }
-  if (!known || (rgb && format->nb_components < 3)) {
-    throw InputError(
-        fmt::format("{}: its pixels are {}; expected planes of 4:2:0, 4:2:2, 4:4:4 or grey, or 8-bit RGB",
-                    name(), format ? format->name : "of an unknown kind"));
+  if (!format || (format->flags & kForeign) != 0 || format->log2_chroma_w > 1 || format->log2_chroma_h > 1 ||
+      !(rgb ? is_known_rgb(*format) : is_known_yuv(*format))) {
+    throw InputError(fmt::format("{}: its pixels are {}; expected 4:2:0, 4:2:2, 4:4:4 or grey, or 8-bit RGB",
+                                 name(), format ? format->name : "of an unknown kind"));
   }
   if (rows.empty()) return;
   if (rgb) {
@@ -260,6 +291,11 @@ void VideoStream::to_rgb(RowRange rows, const MutableImage& into) {
   const RowRange chroma = to_rgb_->chroma_rows(rows);
   std::array<Plane<const std::byte>, 3> from;
   for (std::size_t p = 0; p < (kind.colour ? 3U : 1U); ++p) {
+    const AVComponentDescriptor& component = format->comp[p];
+    if (p > 0 && component.plane == 1 && component.step == 2 * kind.bytes_per_sample()) {
+      from[p] = apart(component, p - 1, chroma);
+      continue;
+    }
     from[p] = {reinterpret_cast<const std::byte*>(frame_->data[p]), frame_->linesize[p]};
     from[p].data = from[p].row(p == 0 ? rows.first : chroma.first);
   }
