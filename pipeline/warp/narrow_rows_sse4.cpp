@@ -1,8 +1,7 @@
 // 16 bits to 8 with SSE4.1, four pixels at a time.
 // SPDX-License-Identifier: MIT
-#include <smmintrin.h>
-
 #include "pipeline/warp/narrow_rows.h"
+#include "pipeline/warp/sse4.h"
 
 namespace cupola {
 namespace {

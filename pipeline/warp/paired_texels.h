@@ -4,9 +4,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <smmintrin.h>
-
 #include "pipeline/warp/light.h"
+#include "pipeline/warp/sse4.h"
 #include "pipeline/warp/tile_kernel.h"
 
 namespace cupola {

@@ -1,8 +1,7 @@
 // Rows of 16 bits a sample into frames of as many, with SSE4.1.
 // SPDX-License-Identifier: MIT
-#include <smmintrin.h>
-
 #include "pipeline/warp/row_store_wide.h"
+#include "pipeline/warp/sse4.h"
 
 namespace cupola {
 namespace {

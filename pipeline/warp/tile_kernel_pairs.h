@@ -1,18 +1,16 @@
 // The warp with registers of 16 bytes, or several of them side by side: two rows of a window fill one, and a
-// byte shuffle gives four pixels their patch row. A template over the register, for SSE4.1 and AVX2, and over
-// what goes in and comes out (paired_texels.h).
+// byte shuffle gives four pixels their patch row. A template over the register, for SSE4.1, which is NEON on
+// AArch64 (sse4.h), and AVX2, and over what goes in and comes out (paired_texels.h).
 //
 // A group is a block's row of four pixels. Row pair r is the window's rows r and r + 1; all pairs of a window
-// are made once, in the cache, so that a group finds the texels of its k-th patch row at pair (its highest
-// start)
-// + k by one load. Where the starts of a group lie further apart than a row, pairs 2, 4 and 6 further down
-// are shuffled too.
+// are made once, in the cache, so that a group finds the texels of its k-th patch row by one load, at pair k
+// from its highest start. Where the starts of a group lie further apart than a row, pairs 2, 4 and 6 further
+// down are shuffled too.
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <smmintrin.h>
-
 #include "pipeline/warp/paired_texels.h"
+#include "pipeline/warp/sse4.h"
 #include "pipeline/warp/tile_kernel.h"
 
 namespace cupola {

@@ -1,7 +1,6 @@
 // Luma and chroma on their way out with SSE4.1: the scalar bits, four or eight pixels at a time.
 // SPDX-License-Identifier: MIT
-#include <smmintrin.h>
-
+#include "pipeline/warp/sse4.h"
 #include "pipeline/warp/yuv_rows.h"
 
 namespace cupola {
