@@ -169,8 +169,9 @@ Cue read_cue(SettingsTable& table, const std::filesystem::path& directory) {
     cue.loop = table.flag("loop", false);
   }
   read_cue_sound(table, directory, cue);
-  if (table.has("compare") && cue.finished) {
-    table.refuse("compare", "expected none where the pictures are finished");
+  if (table.has("compare") && (cue.finished || cue.source == CueSource::kLive)) {
+    table.refuse("compare", fmt::format("expected none where {}",
+                                        cue.finished ? "the pictures are finished" : "the source is live"));
     table.may_have({"compare"});
   }
   if (table.has("compare")) cue.compare = static_cast<Method>(table.choice("compare", kMethodNames));

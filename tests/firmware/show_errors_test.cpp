@@ -251,6 +251,16 @@ TEST_F(ShowErrors, OfMissingKeysAreAtTheirTables) {
                   "rig.toml:5: view.0.fov_deg: expected a number from 0.1 to 179, not 200"));
 }
 
+TEST_F(ShowErrors, OfLiveCuesAreTheKeysOfOtherSources) {
+  const std::string show =
+      "rig = \"rig.toml\"\n[[cue]]\nname = \"a\"\nsource = \"live\"\ncompare = \"nearest\"\nrate = 60\n"
+      "[[cue]]\nname = \"b\"\nsource = \"live\"\nsound = \"own\"\n";
+  EXPECT_THAT(errors_of(kRig, show),
+              ElementsAre("show.toml:5: cue.0.compare: expected none where the source is live",
+                          testing::StartsWith("show.toml:6: cue.0.rate: unknown key"),
+                          "show.toml:10: cue.1.sound: expected a file: only a video has a sound of its own"));
+}
+
 TEST_F(ShowErrors, AMisspeltKeyIsNotAMissingOneToo) {
   std::string rig = kRig;
   rig.replace(rig.find("width"), 5, "widht");
