@@ -121,6 +121,11 @@ std::optional<ExposureLimits> read_exposure(SettingsTable table, std::vector<Rig
   if (limits.most_gain > 1.0) begins.push_back({"gain", 1.0});
   for (RigCamera& camera : cameras) {
     if (!together) break;
+    if (const double rate = camera.setup.rate; rate > 0.0 && limits.longest_us > 1e6 / rate) {
+      table.refuse("longest_us",
+                   fmt::format("expected at most {:.0f}, a frame's time of the camera of view {}",
+                               std::floor(1e6 / rate), camera.view));
+    }
     std::vector<CameraControl>& own = camera.setup.controls;
     for (const CameraControl& begin : begins) {
       if (std::ranges::any_of(own,

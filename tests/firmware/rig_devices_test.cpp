@@ -135,6 +135,9 @@ TEST_F(RigDevicesTest, ReadsHowCamerasAreExposedAndAligned) {
   expect_refused("[exposure]\nshortest_us = 900\nlongest_us = 800\n",
                  "3: exposure.longest_us: expected a number from 900 to 1e+06");
   expect_refused(
+      "[exposure]\ndrive = \"together\"\nlongest_us = 20000\n" + camera + "rate = 60\n",
+      "3: exposure.longest_us: expected at most 16666, a frame's time of the camera of view front");
+  expect_refused(
       "[exposure]\ndrive = \"together\"\n" + camera + "[camera.controls]\ngain = 2\n",
       "2: exposure.drive: expected off, or no gain among the controls of the camera of view front");
 }
