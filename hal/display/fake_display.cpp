@@ -13,19 +13,41 @@ FakeDisplay::FakeDisplay(Clock& clock, int width, int height, std::chrono::nanos
   if (width < 1 || height < 1 || width > 65535 || height > 65535 || period.count() < 1) {
     throw std::runtime_error("fake display: expected sides from 1 to 65535 and a period above 0");
   }
-  for (auto& buffer : memory_)
-    buffer.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  for (Memory& each : memory_)
+    each.words.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+}
+
+bool FakeDisplay::prepare_nv12(ScanoutColour colour) {
+  if (!can_nv12_) return false;
+  colour_ = colour;
+  const auto stride = static_cast<std::size_t>((width_ + 1) / 2 * 2);
+  for (Memory& each : memory_)
+    each.nv12.resize(stride * static_cast<std::size_t>(height_ + (height_ + 1) / 2));
+  return true;
 }
 
 DisplayBuffer FakeDisplay::buffer(std::size_t index) noexcept {
-  return {reinterpret_cast<std::byte*>(memory_[index].data()), std::ptrdiff_t{4} * width_, width_, height_,
-          0};
+  Memory& memory = memory_[index];
+  if (!memory.is_nv12) {
+    return {reinterpret_cast<std::byte*>(memory.words.data()), std::ptrdiff_t{4} * width_, width_, height_};
+  }
+  const std::ptrdiff_t stride = (width_ + 1) / 2 * 2;
+  return {memory.nv12.data(), stride, width_, height_, 0, memory.nv12.data() + stride * height_};
+}
+
+// What it held of the other format is forgotten.
+DisplayBuffer FakeDisplay::back(bool nv12) noexcept {
+  const bool held = std::exchange(memory_[back_].is_nv12, nv12) == nv12;
+  DisplayBuffer back = buffer(back_);
+  back.age = presents_ < 2 || !held ? 0 : 2;
+  return back;
 }
 
 DisplayBuffer FakeDisplay::back_buffer() noexcept {
-  DisplayBuffer back = buffer(back_);
-  back.age = presents_ < 2 ? 0 : 2;
-  return back;
+  return back(false);
+}
+DisplayBuffer FakeDisplay::back_nv12() noexcept {
+  return memory_[back_].nv12.empty() ? DisplayBuffer{} : back(true);
 }
 DisplayBuffer FakeDisplay::front_buffer() noexcept {
   return buffer(1 - back_);
@@ -68,7 +90,7 @@ void FakeDisplay::set_absences(std::vector<Absence> one_after_the_other) {
 
 std::uint64_t FakeDisplay::front_hash() noexcept {
   std::uint64_t hash = 0xcbf29ce484222325U;
-  for (const std::uint32_t word : memory_[1 - back_]) hash = (hash ^ word) * 0x100000001b3U;
+  for (const std::uint32_t word : memory_[1 - back_].words) hash = (hash ^ word) * 0x100000001b3U;
   return hash;
 }
 

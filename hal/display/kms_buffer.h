@@ -2,19 +2,21 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 
 namespace cupola {
 
-// Little-endian 32-bit words 0x--RRGGBB.
+// Little-endian 32-bit words 0x--RRGGBB, or NV12.
 struct KmsBuffer {
   int width = 0;  // pixels
   int height = 0;
   std::uint32_t framebuffer = 0;  // the kernel's number for it
   std::byte* data = nullptr;      // while it is open for drawing
   std::ptrdiff_t stride = 0;      // bytes
+  std::byte* chroma = nullptr;    // of NV12: rows of U V U V ... of the same stride; null: it is not
   // The maker's own.
   std::uint32_t handle = 0;
   std::size_t bytes = 0;
@@ -28,6 +30,11 @@ class KmsMemory {
   virtual ~KmsMemory() = default;
   // A black one, closed. Frees what `buffer` had before.
   virtual int make(KmsBuffer& buffer, int width, int height) noexcept = 0;
+  // The same of NV12, whose black is luma `black`, where it can.
+  virtual int make_nv12(KmsBuffer& /*buffer*/, int /*width*/, int /*height*/,
+                        std::uint8_t /*black*/) noexcept {
+    return ENOTSUP;
+  }
   virtual void free(KmsBuffer& buffer) noexcept = 0;
   // Between the two the processor draws, and the screen must not look. Open buffers may be opened again.
   virtual int open(KmsBuffer& buffer) noexcept = 0;

@@ -54,13 +54,27 @@ class Request {
 
 constexpr std::size_t kMostNeighbours = 5;
 
+void set_picture(Request& request, const KmsPipe& pipe, const KmsBuffer& buffer) {
+  request.set(pipe.plane, pipe.plane_property.fb_id, buffer.framebuffer);
+  if (!buffer.chroma) return;
+  const auto& colour = pipe.nv12_colour;
+  if (colour.encoding != 0) request.set(pipe.plane, colour.encoding, colour.encoding_value);
+  if (colour.range != 0) request.set(pipe.plane, colour.range, colour.range_value);
+}
+
 }  // namespace
 
 int commit_flip(const KmsFile& card, const KmsPipe& pipe, const KmsBuffer& buffer,
                 std::uint64_t number) noexcept {
   Request request;
-  request.set(pipe.plane, pipe.plane_property.fb_id, buffer.framebuffer);
+  set_picture(request, pipe, buffer);
   return request.commit(card.get(), DRM_MODE_ATOMIC_NONBLOCK | DRM_MODE_PAGE_FLIP_EVENT, number);
+}
+
+int test_flip(const KmsFile& card, const KmsPipe& pipe, const KmsBuffer& buffer) noexcept {
+  Request request;
+  set_picture(request, pipe, buffer);
+  return request.commit(card.get(), DRM_MODE_ATOMIC_TEST_ONLY);
 }
 
 int commit_mode(const KmsFile& card, const KmsPipe& pipe, std::uint32_t blob, const KmsBuffer& buffer,
@@ -77,7 +91,7 @@ int commit_mode(const KmsFile& card, const KmsPipe& pipe, std::uint32_t blob, co
   }
   request.set(pipe.crtc, pipe.crtc_property.mode_id, blob);
   request.set(pipe.crtc, pipe.crtc_property.active, 1);
-  request.set(pipe.plane, pipe.plane_property.fb_id, buffer.framebuffer);
+  set_picture(request, pipe, buffer);
   request.set(pipe.plane, pipe.plane_property.crtc_id, pipe.crtc);
   request.set(pipe.plane, pipe.plane_property.src_x, 0);
   request.set(pipe.plane, pipe.plane_property.src_y, 0);

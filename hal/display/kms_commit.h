@@ -10,10 +10,12 @@
 
 namespace cupola {
 
-// All return errno's number, 0: taken. The first two announce their flip, once, to take_flip() by `number`.
-// Only the picture.
+// All return errno's number, 0: taken. A flip and a mode announce their flip, once, to take_flip() by
+// `number`. Only the picture.
 int commit_flip(const KmsFile& card, const KmsPipe& pipe, const KmsBuffer& buffer,
                 std::uint64_t number) noexcept;
+// Whether that would be taken; nothing changes.
+int test_flip(const KmsFile& card, const KmsPipe& pipe, const KmsBuffer& buffer) noexcept;
 // The mode, of which `blob` is the kernel's copy, with the picture; the buffer has the mode's size.
 int commit_mode(const KmsFile& card, const KmsPipe& pipe, std::uint32_t blob, const KmsBuffer& buffer,
                 std::uint64_t number) noexcept;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/display/display.h"
 #include "hal/display/kms_mode.h"
 
 struct _drmModeConnector;
@@ -57,9 +58,17 @@ struct KmsPipe {
   struct {
     std::uint32_t fb_id, crtc_id, src_x, src_y, src_w, src_h, crtc_x, crtc_y, crtc_w, crtc_h;
   } plane_property{};
+  // What NV12 is to mean; properties that are 0 are not there.
+  struct {
+    std::uint32_t encoding, range;
+    std::uint64_t encoding_value, range_value;
+  } nv12_colour{};
 };
 // Throws std::runtime_error where no CRTC or plane is left for the connector.
 KmsPipe find_kms_pipe(const KmsFile& card, const KmsConnector& connector);
+// Whether the pipe's plane takes NV12 of that colour, which is then in `pipe`. Planes that cannot be told
+// take BT.601 of limited range.
+bool choose_nv12(const KmsFile& card, KmsPipe& pipe, ScanoutColour colour);
 
 // The kernel's own word on whether something is plugged in, which can be read without waiting for anybody.
 class KmsPlug {

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
 
 #include <xf86drm.h>
 #include <xf86drmMode.h>
@@ -48,6 +49,7 @@ KmsDisplay::~KmsDisplay() {
   wait_for_flip(clock_.now() + kPatience * period_);
   if (on_) commit_off(card_, pipe_);
   for (KmsBuffer& each : buffers_) memory_->free(each);
+  for (KmsBuffer& each : nv12_buffers_) memory_->free(each);
   if (mode_blob_ != 0) drmModeDestroyPropertyBlob(card_.get(), mode_blob_);
 }
 
@@ -110,8 +112,47 @@ void KmsDisplay::start(const KmsConnector& connector) {
   turns_.forget();
 }
 
-std::byte* KmsDisplay::frame_in(const KmsBuffer& of) const {
-  return of.data + (of.height - height_) / 2 * of.stride + std::ptrdiff_t{4} * ((of.width - width_) / 2);
+bool KmsDisplay::prepare_nv12(ScanoutColour colour) {
+  if (!choose_nv12(card_, pipe_, colour)) return false;
+  nv12_black_ = colour.full_range ? 0 : 16;
+  int error = 0;
+  for (KmsBuffer& each : nv12_buffers_) {
+    if (error == 0) error = make(each, true, buffers_[0].width, buffers_[0].height);
+  }
+  if (error == 0 && on_) error = test_flip(card_, pipe_, nv12_buffers_[0]);
+  nv12_able_ = error == 0;
+  if (error != 0)
+    std::for_each(nv12_buffers_.begin(), nv12_buffers_.end(), [&](auto& each) { memory_->free(each); });
+  return nv12_able_;
+}
+
+KmsBuffer& KmsDisplay::buffer(int turn) noexcept {
+  const auto index = static_cast<std::size_t>(turn);
+  return is_nv12_[index] ? nv12_buffers_[index] : buffers_[index];
+}
+
+DisplayBuffer KmsDisplay::frame_in(const KmsBuffer& of) const {
+  const std::ptrdiff_t left = (of.width - width_) / 4 * 2;  // pixels; with chroma for every other one
+  const std::ptrdiff_t top = (of.height - height_) / 4 * 2;
+  if (!of.chroma) return {of.data + top * of.stride + 4 * left, of.stride, width_, height_};
+  return {of.data + top * of.stride + left,      of.stride, width_, height_, 0,
+          of.chroma + top / 2 * of.stride + left};
+}
+
+void KmsDisplay::copy_frame(const KmsBuffer& from, const KmsBuffer& to) const noexcept {
+  const DisplayBuffer old = frame_in(from);
+  const DisplayBuffer now = frame_in(to);
+  const auto copy = [&](const std::byte* source, std::byte* target, int rows, int bytes) {
+    for (int y = 0; y < rows; ++y) {
+      std::memcpy(target + y * now.stride, source + y * old.stride, static_cast<std::size_t>(bytes));
+    }
+  };
+  copy(old.data, now.data, height_, old.chroma ? width_ : 4 * width_);
+  if (old.chroma) copy(old.chroma, now.chroma, (height_ + 1) / 2, (width_ + 1) / 2 * 2);
+}
+
+int KmsDisplay::make(KmsBuffer& buffer, bool nv12, int width, int height) noexcept {
+  return nv12 ? memory_->make_nv12(buffer, width, height, nv12_black_) : memory_->make(buffer, width, height);
 }
 
 int KmsDisplay::make_buffers(int width, int height) noexcept {
@@ -124,23 +165,25 @@ int KmsDisplay::make_buffers(int width, int height) noexcept {
 // Keeps the frame that was presented last.
 int KmsDisplay::resize_buffers(int width, int height) noexcept {
   if (buffers_[0].width == width && buffers_[0].height == height) return 0;
+  const bool nv12 = turns_.last() >= 0 && buffer(turns_.last()).chroma;
   KmsBuffer larger;
-  if (const int error = memory_->make(larger, width, height)) return error;
+  if (const int error = make(larger, nv12, width, height)) return error;
   if (turns_.last() >= 0) {
     KmsBuffer& last = buffer(turns_.last());
-    if (memory_->open(last) == 0 && memory_->open(larger) == 0) {
-      for (int y = 0; y < height_; ++y) {
-        std::memcpy(frame_in(larger) + y * larger.stride, frame_in(last) + y * last.stride,
-                    std::size_t{4} * static_cast<std::size_t>(width_));
-      }
-    }
+    if (memory_->open(last) == 0 && memory_->open(larger) == 0) copy_frame(last, larger);
     memory_->close(larger);
   }
-  memory_->free(buffers_[0]);
-  buffers_[0] = larger;
+  is_nv12_ = {nv12};
+  memory_->free(buffer(0));
+  buffer(0) = larger;
   turns_.replaced();
-  for (std::size_t i = 1; i < buffers_.size(); ++i) {
-    if (const int error = memory_->make(buffers_[i], width, height)) return error;
+  for (KmsBuffer& each : buffers_) {
+    if (&each == &buffer(0)) continue;
+    if (const int error = make(each, false, width, height)) return error;
+  }
+  for (KmsBuffer& each : nv12_buffers_) {
+    if (!nv12_able_ || &each == &buffer(0)) continue;
+    if (const int error = make(each, true, width, height)) return error;
   }
   return 0;
 }
@@ -270,13 +313,17 @@ bool KmsDisplay::show_last(nanoseconds flip) noexcept {
   return true;
 }
 
-DisplayBuffer KmsDisplay::back_buffer() noexcept {
+// What the turn's buffer of the other format held is forgotten.
+DisplayBuffer KmsDisplay::back(bool nv12) noexcept {
+  const bool held = std::exchange(is_nv12_[static_cast<std::size_t>(turns_.back())], nv12) == nv12;
   KmsBuffer& back = buffer(turns_.back());
   if (const int error = memory_->open(back)) {
     fail(error, "opening a buffer");
     return {nullptr, 0, width_, height_};
   }
-  return {frame_in(back), back.stride, width_, height_, turns_.age()};
+  DisplayBuffer frame = frame_in(back);
+  frame.age = held ? turns_.age() : 0;
+  return frame;
 }
 
 Presented KmsDisplay::present(nanoseconds when) noexcept {

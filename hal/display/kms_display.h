@@ -26,7 +26,8 @@ struct KmsSettings {
   KmsMemoryKind memory = KmsMemoryKind::kDumb;
 };
 
-// The frame one to one in the middle of the mode, black around it.
+// The frame one to one in the middle of the mode, to the nearest even pixel above and to the left; black
+// around it.
 class KmsDisplay final : public Display {
  public:
   // Throws std::runtime_error where there is no such connector or mode, or the frame does not fit. A
@@ -37,7 +38,9 @@ class KmsDisplay final : public Display {
   KmsDisplay(const KmsDisplay&) = delete;
   KmsDisplay& operator=(const KmsDisplay&) = delete;
 
-  DisplayBuffer back_buffer() noexcept override;
+  DisplayBuffer back_buffer() noexcept override { return back(false); }
+  bool prepare_nv12(ScanoutColour colour) override;
+  DisplayBuffer back_nv12() noexcept override { return nv12_able_ ? back(true) : DisplayBuffer{}; }
   Presented present(std::chrono::nanoseconds when) noexcept override;
   Presented repeat(std::chrono::nanoseconds when) noexcept override;
   std::chrono::nanoseconds period() const noexcept override { return period_; }
@@ -49,8 +52,11 @@ class KmsDisplay final : public Display {
  private:
   void open(const KmsSettings& settings);
   void start(const KmsConnector& connector);
-  KmsBuffer& buffer(int index) { return buffers_[static_cast<std::size_t>(index)]; }
-  std::byte* frame_in(const KmsBuffer& buffer) const;
+  KmsBuffer& buffer(int turn) noexcept;
+  DisplayBuffer back(bool nv12) noexcept;
+  DisplayBuffer frame_in(const KmsBuffer& buffer) const;
+  void copy_frame(const KmsBuffer& from, const KmsBuffer& to) const noexcept;
+  int make(KmsBuffer& buffer, bool nv12, int width, int height) noexcept;
   int make_buffers(int width, int height) noexcept;
   int resize_buffers(int width, int height) noexcept;
   bool find_mode() noexcept;
@@ -72,6 +78,10 @@ class KmsDisplay final : public Display {
   std::unique_ptr<KmsPlug> plug_;
   std::unique_ptr<KmsMemory> memory_;
   std::array<KmsBuffer, ScanoutTurns::kBuffers> buffers_;
+  std::array<KmsBuffer, ScanoutTurns::kBuffers> nv12_buffers_;  // where the display takes NV12,
+  std::array<bool, ScanoutTurns::kBuffers> is_nv12_{};          // and whether these take the others' turns
+  bool nv12_able_ = false;
+  std::uint8_t nv12_black_ = 16;  // luma
   ScanoutTurns turns_;
   std::uint32_t mode_blob_ = 0;
   std::chrono::nanoseconds period_{std::chrono::nanoseconds(std::chrono::seconds(1)) / 60};

@@ -54,12 +54,30 @@ std::uint64_t value_of(int card, std::uint32_t object, std::uint32_t type, const
   return property ? property->value : 0;
 }
 
+bool takes(const drmModePlane& plane, std::uint32_t format) {
+  const std::uint32_t* const begin = plane.formats;
+  const std::uint32_t* const end = begin + plane.count_formats;
+  return std::find(begin, end, format) != end;
+}
+
 bool is_primary_for(int card, std::uint32_t id, int crtc_index) {
   const Owned<drmModePlane> plane(drmModeGetPlane(card, id));
   return plane && (plane->possible_crtcs >> crtc_index & 1U) != 0 &&
          value_of(card, id, DRM_MODE_OBJECT_PLANE, "type") == DRM_PLANE_TYPE_PRIMARY &&
-         std::find(plane->formats, plane->formats + plane->count_formats,
-                   std::uint32_t{DRM_FORMAT_XRGB8888}) != plane->formats + plane->count_formats;
+         takes(*plane, DRM_FORMAT_XRGB8888);
+}
+
+// The plane's property `name` and its value that is called `meaning`; {0, 0} without that property, none
+// where it has no such value.
+std::optional<Property> find_choice(int card, std::uint32_t plane, std::string_view name,
+                                    std::string_view meaning) {
+  const std::optional<Property> found = find_property(card, plane, DRM_MODE_OBJECT_PLANE, name);
+  if (!found) return Property{};
+  const Owned<drmModePropertyRes> property(drmModeGetProperty(card, found->id));
+  for (int i = 0; property && i < property->count_enums; ++i) {
+    if (property->enums[i].name == meaning) return Property{found->id, property->enums[i].value};
+  }
+  return {};
 }
 
 std::uint32_t primary_plane(int card, int crtc_index) {
@@ -98,6 +116,19 @@ void find_properties(int card, KmsPipe& pipe) {
 }
 
 }  // namespace
+
+bool choose_nv12(const KmsFile& card, KmsPipe& pipe, ScanoutColour colour) {
+  const Owned<drmModePlane> plane(drmModeGetPlane(card.get(), pipe.plane));
+  if (!plane || !takes(*plane, DRM_FORMAT_NV12)) return false;
+  const auto encoding = find_choice(card.get(), pipe.plane, "COLOR_ENCODING",
+                                    colour.bt709 ? "ITU-R BT.709 YCbCr" : "ITU-R BT.601 YCbCr");
+  const auto range = find_choice(card.get(), pipe.plane, "COLOR_RANGE",
+                                 colour.full_range ? "YCbCr full range" : "YCbCr limited range");
+  if (!encoding || !range) return false;
+  if ((encoding->id == 0 && colour.bt709) || (range->id == 0 && colour.full_range)) return false;
+  pipe.nv12_colour = {encoding->id, range->id, encoding->value, range->value};
+  return true;
+}
 
 KmsPipe find_kms_pipe(const KmsFile& card, const KmsConnector& connector) {
   const int file = card.get();

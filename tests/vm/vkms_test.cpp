@@ -7,7 +7,10 @@
 #include <unistd.h>
 #include <xf86drm.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -20,6 +23,7 @@
 #include <gmock/gmock.h>
 
 #include "hal/display/kms_display.h"
+#include "pipeline/frame/yuv_colour.h"
 #include "tests/hal/display_contract.h"
 #include "tests/vm/vkms_screen.h"
 
@@ -87,8 +91,8 @@ class Vkms : public testing::Test {
   // The frame in the middle of the mode, black around it.
   static void expect_on_screen(int frame, int width, int height, int mode_width, int mode_height) {
     const std::vector<std::uint32_t> screen = vkms_screen(mode_width, mode_height);
-    const int left = (mode_width - width) / 2;
-    const int top = (mode_height - height) / 2;
+    const int left = (mode_width - width) / 4 * 2;
+    const int top = (mode_height - height) / 4 * 2;
     int wrong = 0;
     for (int y = 0; y < mode_height; ++y) {
       for (int x = 0; x < mode_width; ++x) {
@@ -163,6 +167,125 @@ TEST_F(Vkms, ScansOutTheVeryPixelsItWasGiven) {
       expect_on_screen(frame, 1024, 768, 1024, 768);
     }
   }
+}
+
+// Of an NV12 frame: another one in every pixel, and in each direction of colour.
+std::uint8_t luma_of(int x, int y, int frame) {
+  return static_cast<std::uint8_t>(x * 7 + y * 5 + frame * 31);
+}
+std::uint8_t chroma_of(int x, int y, int channel, int frame) {
+  return static_cast<std::uint8_t>(channel == 0 ? x * 3 + frame : y * 3 + x + frame);
+}
+
+void draw_nv12(Display& display, int frame) {
+  const DisplayBuffer buffer = display.back_nv12();
+  ASSERT_NE(buffer.data, nullptr);
+  ASSERT_NE(buffer.chroma, nullptr);
+  for (int y = 0; y < buffer.height; ++y) {
+    for (int x = 0; x < buffer.width; ++x)
+      buffer.data[y * buffer.stride + x] = std::byte{luma_of(x, y, frame)};
+  }
+  for (int y = 0; y < (buffer.height + 1) / 2; ++y) {
+    for (int x = 0; x < (buffer.width + 1) / 2 * 2; ++x) {
+      buffer.chroma[y * buffer.stride + x] = std::byte{chroma_of(x / 2, y, x % 2, frame)};
+    }
+  }
+}
+
+// Within the rounding of the driver's conversion; black around it.
+void expect_nv12_on_screen(YuvColour colour, int frame, int width, int height) {
+  const std::vector<std::uint32_t> screen = vkms_screen(1024, 768);
+  const int left = (1024 - width) / 4 * 2;
+  const int top = (768 - height) / 4 * 2;
+  double worst = 0.0;
+  long lit_outside = 0;
+  for (int y = 0; y < 768; ++y) {
+    for (int x = 0; x < 1024; ++x) {
+      const std::uint32_t shown = screen[static_cast<std::size_t>(y * 1024 + x)] & 0xffffffU;
+      const int there_x = x - left;
+      const int there_y = y - top;
+      // The last chroma sample may stand for a pixel beyond the frame, which is dark but not quite black.
+      if (there_x < 0 || there_x > width || there_y < 0 || there_y > height)
+        lit_outside += shown != 0 ? 1 : 0;
+      if (there_x < 0 || there_x >= width || there_y < 0 || there_y >= height) continue;
+      const auto rgb =
+          rgb_of(colour, luma_of(there_x, there_y, frame), chroma_of(there_x / 2, there_y / 2, 0, frame),
+                 chroma_of(there_x / 2, there_y / 2, 1, frame));
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double value = shown >> (16 - 8 * c) & 255U;
+        worst = std::max(worst, std::abs(value - std::clamp(rgb[c], 0.0, 255.0)));
+      }
+    }
+  }
+  EXPECT_LE(worst, 0.51) << "of frame " << frame;
+  EXPECT_EQ(lit_outside, 0);
+}
+
+TEST_F(Vkms, ScansOutNv12OfTheColourThatItIsTold) {
+  for (const bool bt709 : {false, true}) {
+    for (const bool full : {false, true}) {
+      const YuvColour colour{bt709 ? YuvMatrix::kBt709 : YuvMatrix::kBt601,
+                             full ? YuvRange::kFull : YuvRange::kLimited};
+      KmsDisplay display(clock_, settings_of("1024x768"), 1024, 768);
+      ASSERT_TRUE(display.prepare_nv12({bt709, full}));
+      for (int frame = 0; frame < 3; ++frame) {
+        draw_nv12(display, frame);
+        ASSERT_EQ(display.present(clock_.now()).result, Present::kShown) << display.trouble();
+        expect_nv12_on_screen(colour, frame, 1024, 768);
+      }
+    }
+  }
+}
+
+TEST_F(Vkms, PutsSmallerFramesOfNv12InTheMiddleOfBlack) {
+  for (const auto& [width, height] : {std::pair{301, 203}, {1024, 2}, {1, 768}}) {
+    KmsDisplay display(clock_, settings_of("1024x768"), width, height);
+    ASSERT_TRUE(display.prepare_nv12({}));
+    draw_nv12(display, 1);
+    ASSERT_EQ(display.present(clock_.now()).result, Present::kShown);
+    expect_nv12_on_screen({}, 1, width, height);
+  }
+}
+
+TEST_F(Vkms, ShowsFramesOfBothFormatsByTurnsAndKnowsTheirAge) {
+  KmsDisplay display(clock_, settings_of("1024x768"), 64, 48);
+  ASSERT_TRUE(display.prepare_nv12({}));
+  const std::array<bool, 12> nv12 = {false, false, true,  true,  true,  true,
+                                     false, true,  false, false, false, true};
+  for (std::size_t i = 0; i < nv12.size(); ++i) {
+    const int frame = static_cast<int>(i);
+    const int age = (nv12[i] ? display.back_nv12() : display.back_buffer()).age;
+    if (age > 0) {
+      EXPECT_EQ(nv12[i - static_cast<std::size_t>(age)], nv12[i]) << "it holds a frame of the same format";
+    }
+    if (nv12[i]) {
+      draw_nv12(display, frame);
+    } else {
+      draw(display, frame);
+    }
+    ASSERT_EQ(display.present(clock_.now()).result, Present::kShown) << display.trouble();
+    if (nv12[i]) {
+      expect_nv12_on_screen({}, frame, 64, 48);
+    } else {
+      expect_on_screen(frame, 64, 48, 1024, 768);
+    }
+  }
+  draw_nv12(display, 20);
+  ASSERT_EQ(display.present(clock_.now()).result, Present::kShown);
+  plug_vkms(false);
+  ASSERT_EQ(display.repeat(clock_.now()).result, Present::kAway);
+  plug_vkms(true);
+  EXPECT_LE(repeat_until_shown(display), most_unshown());
+  expect_nv12_on_screen({}, 20, 64, 48);
+}
+
+TEST_F(Vkms, TakesNoNv12ThroughGbm) {
+  KmsDisplay display(clock_, settings_of("1024x768", KmsMemoryKind::kGbm), 64, 48);
+  EXPECT_FALSE(display.prepare_nv12({}));
+  EXPECT_EQ(display.back_nv12().data, nullptr);
+  draw(display, 1);
+  ASSERT_EQ(display.present(clock_.now()).result, Present::kShown);
+  expect_on_screen(1, 64, 48, 1024, 768);
 }
 
 TEST_F(Vkms, PutsSmallerFramesInTheMiddleOfBlack) {
