@@ -195,6 +195,7 @@ std::string status_json(const PlayerStatus& status, const ShowFacts& facts,
                {"frames",
                 {{"presented", counts.frames_presented},
                  {"unchanged", counts.frames_unchanged},
+                 {"nv12", counts.frames_nv12},
                  {"late", counts.frames_late},
                  {"dropped", counts.frames_dropped},
                  {"dropped_by",
@@ -286,6 +287,8 @@ std::string metrics_text(const PlayerStatus& status, const ShowFacts& facts) {
               counts.frames_presented);
   metrics.one("frames_unchanged_total", "counter", "Of these: not warped, since nothing had changed.",
               counts.frames_unchanged);
+  metrics.one("frames_nv12_total", "counter", "Of the shown: live ones in NV12, without conversion.",
+              counts.frames_nv12);
   metrics.one("frames_late_total", "counter", "Shown more than half a period after their time.",
               counts.frames_late);
   metrics.family("frames_dropped_total", "counter",

@@ -30,7 +30,7 @@ FrameLoop::FrameLoop(FrameMaker& show, Display& display, Clock& clock, WorkerPoo
 }
 
 LoopEnd FrameLoop::run(std::optional<nanoseconds> time) noexcept {
-  presenter_.prepare();
+  presenter_.prepare(*show_);
   join_frame_loop(*pool_);
   const HeapAllocations before = heap_allocations();
   const LoopEnd end = play(time);

@@ -5,12 +5,14 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "firmware/face_picture.h"
 #include "firmware/player_command.h"
 #include "firmware/show_report.h"
 #include "pipeline/frame/image.h"
+#include "pipeline/frame/native_image.h"
 #include "pipeline/warp/frame_warp.h"
 
 namespace cupola {
@@ -36,6 +38,11 @@ class FrameMaker {
   // Warps them into `frame`, which has the rig's size and any format. Where `frame` holds what warp() made
   // `age` calls ago, 1 being the last one, only what has changed since need be done; 0: it holds anything.
   virtual WarpWork warp(const MutableImage& frame, int age) noexcept = 0;
+  // The colour of the frames that it can make in NV12, if any; always the same.
+  virtual std::optional<YuvColour> nv12_colour() const noexcept { return std::nullopt; }
+  // Whether the frame that is due is one of them: then this may be called in place of warp().
+  virtual bool gives_nv12() const noexcept { return false; }
+  virtual WarpWork warp_nv12(const MutableNativeImage& /*frame*/, int /*age*/) noexcept { return {}; }
   // What the last advance() left of a view, until the next one; none where there is no such view.
   virtual FacePicture face(std::size_t /*view*/) const noexcept { return {}; }
   // The frame warped last reached the screen, or was shown once more.

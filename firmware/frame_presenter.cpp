@@ -18,14 +18,32 @@ MutableImage image_of(const DisplayBuffer& buffer) {
   return {PixelFormat::kXrgb8888, {buffer.width, buffer.height}, {{{buffer.data, buffer.stride}, {}, {}}}};
 }
 
+MutableNativeImage nv12_of(const DisplayBuffer& buffer, YuvColour colour) {
+  const auto plane = [&](std::byte* data) {
+    return Plane<std::uint8_t>{reinterpret_cast<std::uint8_t*>(data), buffer.stride};
+  };
+  return {NativeLayout::kNv12,
+          colour,
+          {buffer.width, buffer.height},
+          {plane(buffer.data), plane(buffer.chroma), {}}};
+}
+
+ScanoutColour scanout_of(YuvColour colour) {
+  return {colour.matrix == YuvMatrix::kBt709, colour.range == YuvRange::kFull};
+}
+
 }  // namespace
 
 FramePresenter::FramePresenter(Display& display, Clock& clock, ControlLink& link, LoopCounts& counts)
     : display_(display), clock_(clock), link_(link), counts_(counts), warp_times_(kTimes) {}
 
-void FramePresenter::prepare() {
+void FramePresenter::prepare(const FrameMaker& show) {
   const DisplayBuffer buffer = display_.back_buffer();
   if (buffer.data) undimmed_ = ImageBuffer(PixelFormat::kXrgb8888, {buffer.width, buffer.height});
+  nv12_ = show.nv12_colour();
+  if (!nv12_ || display_.prepare_nv12(scanout_of(*nv12_))) return;
+  nv12_.reset();
+  link_.log.warn(Topic::kDisplay, "the display takes no NV12: frames are XRGB8888");
 }
 
 void FramePresenter::begin_show() noexcept {
@@ -45,11 +63,12 @@ Presented FramePresenter::present(const Frame& frame) noexcept {
   if (dark) return present_black(frame);
   if (pattern) return present_pattern(frame, *pattern);
 
+  const bool nv12 = nv12_ && frame.show.gives_nv12() && frame.wishes.light() == kWholeWeight && !screenshot_;
   const bool uncover = (black_ || pattern_ || another_show_) && frame.change != Change::kFailed;
   const bool relit = frame.wishes.light() != light_ || frame.wishes.light() != kWholeWeight;
   if (frame.change == Change::kNew || (frame.change == Change::kUnchanged && looked_at) || uncover || relit ||
       screenshot_ || !stands_) {
-    return present_picture(frame);
+    return nv12 ? present_nv12(frame) : present_picture(frame);
   }
   const Presented presented = display_.repeat(frame.flip);
   if (presented.result == Present::kShown) ++counts_.frames_unchanged;
@@ -99,6 +118,7 @@ Presented FramePresenter::present_pattern(const Frame& frame, const ImageBuffer&
 Presented FramePresenter::present_picture(const Frame& frame) noexcept {
   const DisplayBuffer buffer = display_.back_buffer();
   if (!buffer.data) return {Present::kLost, clock_.now()};
+  if (std::exchange(was_nv12_, false)) since_other_ = 0;
   light_ = frame.wishes.light();
   warp_into(image_of(buffer), buffer.age, frame);
   if (link_.preview) counts_.preview_bytes_copied += link_.preview->copy(Image(image_of(buffer)), frame.flip);
@@ -108,11 +128,34 @@ Presented FramePresenter::present_picture(const Frame& frame) noexcept {
     undimmed_holds_ = false;
     give_screenshot(frame, light_);
   }
+  note_picture();
+  return presented;
+}
+
+// No conversion: the screen makes it.
+Presented FramePresenter::present_nv12(const Frame& frame) noexcept {
+  const DisplayBuffer buffer = display_.back_nv12();
+  if (!buffer.data) return {Present::kLost, clock_.now()};
+  if (!std::exchange(was_nv12_, true)) since_other_ = 0;
+  light_ = kWholeWeight;
+  const MutableNativeImage image = nv12_of(buffer, *nv12_);
+  warp_begun_ = clock_.now();
+  counts_.tiles += frame.show.warp_nv12(image, buffer.age <= since_other_ ? buffer.age : 0);
+  note_warp();
+  undimmed_holds_ = false;
+  ++counts_.frames_nv12;
+  const NativePart seen{as_const(image), {0, 0, buffer.width, buffer.height}};
+  if (link_.preview) counts_.preview_bytes_copied += link_.preview->copy(seen, frame.flip);
+  note_picture();
+  return display_.present(frame.flip);
+}
+
+// A picture of the show is what stands from now on.
+void FramePresenter::note_picture() noexcept {
   stands_ = true;
   black_ = another_show_ = false;
   pattern_ = nullptr;
   since_other_ = light_ < kWholeWeight ? 0 : std::min(since_other_ + 1, kOldest);
-  return presented;
 }
 
 void FramePresenter::warp_into(const MutableImage& buffer, int age, const Frame& frame) noexcept {
@@ -123,6 +166,10 @@ void FramePresenter::warp_into(const MutableImage& buffer, int age, const Frame&
     counts_.tiles += frame.show.warp(buffer, age <= since_other_ ? age : 0);
     undimmed_holds_ = false;
   }
+  note_warp();
+}
+
+void FramePresenter::note_warp() noexcept {
   warp_done_ = clock_.now();
   warp_times_.add(warp_done_ - warp_begun_);
   counts_.warp.note(warp_done_ - warp_begun_);

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "firmware/control_link.h"
 #include "firmware/frame_maker.h"
@@ -22,8 +23,8 @@ class FramePresenter {
   // All are borrowed for the presenter's life.
   FramePresenter(Display& display, Clock& clock, ControlLink& link, LoopCounts& counts);
 
-  // Takes the memory that light and screenshots need.
-  void prepare();
+  // Takes the memory that light and screenshots need, and agrees with the display on NV12 if `show` has it.
+  void prepare(const FrameMaker& show);
 
   struct Frame {
     FrameMaker& show;  // advanced
@@ -52,7 +53,10 @@ class FramePresenter {
   Presented present_black(const Frame& frame) noexcept;
   Presented present_pattern(const Frame& frame, const ImageBuffer& pattern) noexcept;
   Presented present_picture(const Frame& frame) noexcept;
+  Presented present_nv12(const Frame& frame) noexcept;
+  void note_picture() noexcept;
   void warp_into(const MutableImage& buffer, int age, const Frame& frame) noexcept;
+  void note_warp() noexcept;
   void dim_into(const MutableImage& buffer, const Frame& frame) noexcept;
   void give_screenshot(const Frame& frame, std::int32_t light) noexcept;
 
@@ -68,7 +72,9 @@ class FramePresenter {
   const ImageBuffer* pattern_ = nullptr;  // ... or this; null: a frame of the show
   std::size_t pattern_laid_ = 0;          // which it is
   bool another_show_ = false;             // has begun, and was not presented yet
-  // Presents since another picture or show: older buffers hold no frame of this one.
+  std::optional<YuvColour> nv12_;         // the display takes it
+  bool was_nv12_ = false;                 // what was presented last
+  // Presents since another picture, format or show: older buffers hold no frame of this one.
   int since_other_ = 0;
   Screenshot* screenshot_ = nullptr;  // to be filled with the coming frame
   std::chrono::nanoseconds warp_begun_{0};

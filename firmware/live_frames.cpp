@@ -102,6 +102,7 @@ LiveFrames::LiveFrames(const Rig& rig, std::vector<OpenCamera> cameras, const Li
   warp_ = make_native_to_xrgb_warp(rig_, *layout_of(views[0].mode.format), cpu, pool, cache);
   if (views[0].mode.rate > 0.0) rate_ = views[0].mode.rate;
   begin_colours(views[0].mode, settings.match_colours);
+  if (settings.nv12) begin_nv12(views[0].mode, cpu, pool, cache);
   crop_cameras(views);
   std::vector<TexelBox> looked_at;
   for (const LiveView& view : views) {
@@ -137,6 +138,27 @@ void LiveFrames::begin_colours(const CameraMode& mode, bool match) {
                     "of the frame",
                     rig_.file.string()));
   }
+}
+
+void LiveFrames::begin_nv12(const CameraMode& mode, Cpu cpu, WorkerPool& pool, TableCache* cache) {
+  const auto refuse = [&](const std::string& why) {
+    throw Failure(fmt::format("{}: display.format: expected XRGB8888, as {}", rig_.file.string(), why));
+  };
+  const NativeLayout layout = *layout_of(mode.format);
+  if (is_rgb(layout)) refuse(fmt::format("cameras send {}", name_of(mode.format)));
+  if (match_ || !locked_.empty()) refuse("colours are matched or locked");
+  nv12_warp_ = make_nv12_warp(rig_, layout, cpu, pool, cache);
+}
+
+// By all warps together.
+std::vector<TexelBox> LiveFrames::reads() const {
+  std::vector<TexelBox> boxes = warp_->reads();
+  const std::vector<TexelBox> more = nv12_warp_ ? nv12_warp_->reads() : boxes;
+  for (std::size_t v = 0; v < boxes.size(); ++v) {
+    boxes[v] = box_around(boxes[v], more[v]);
+    if (match_) boxes[v] = box_around(boxes[v], match_->reads(v));
+  }
+  return boxes;
 }
 
 bool LiveFrames::follow_cameras() noexcept {
@@ -217,10 +239,10 @@ std::vector<LiveView> LiveFrames::start_cameras() {
 }
 
 void LiveFrames::crop_cameras(std::span<LiveView> views) {
-  const std::vector<TexelBox> boxes = warp_->reads();
+  const std::vector<TexelBox> boxes = reads();
   for (std::size_t v = 0; v < views.size(); ++v) {
     LiveView& view = views[v];
-    view.needed = match_ ? box_around(boxes[v], match_->reads(v)) : boxes[v];
+    view.needed = boxes[v];
     if (!view.camera) continue;
     if (view.needed.empty()) {
       std::exchange(view.camera, nullptr)->stop();
@@ -264,14 +286,28 @@ void LiveFrames::advance_unseen() noexcept {
   fresh_ = false;
 }
 
-WarpWork LiveFrames::warp(const MutableImage& frame, int age) noexcept {
+template <class Frame>
+WarpWork LiveFrames::warp_by(NativeWarp<Frame>& warp, const Frame& frame, int age) noexcept {
   const nanoseconds begun = clock_.now();
   const std::span<const ChangedCells> differs = history_->take(age);
   unsigned changed = differs.empty() ? ~0U : 0U;
   for (std::size_t v = 0; v < differs.size(); ++v) changed |= differs[v].count() > 0 ? 1U << v : 0U;
-  const WarpWork work = warp_->warp_changed(faces_->faces(), changed, frame);
+  const WarpWork work = warp.warp_changed(faces_->faces(), changed, frame);
   note_warp_since(begun);
   return work;
+}
+
+WarpWork LiveFrames::warp(const MutableImage& frame, int age) noexcept {
+  return warp_by(*warp_, frame, age);
+}
+
+WarpWork LiveFrames::warp_nv12(const MutableNativeImage& frame, int age) noexcept {
+  return warp_by(*nv12_warp_, frame, age);
+}
+
+std::optional<YuvColour> LiveFrames::nv12_colour() const noexcept {
+  if (!nv12_warp_) return std::nullopt;
+  return faces_->faces()[0].colour;
 }
 
 // Quick to grow and slow to shrink: a late frame is worse than an early choice.

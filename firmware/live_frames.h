@@ -31,12 +31,16 @@ class LiveFrames final : public FrameMaker {
   // and it spares an eighth or more; those that it does not look at are stopped. Views without a camera show
   // their slates. Colours that cameras have in the rig are theirs; with `match_colours` the others are
   // matched where pictures overlap. Without a cache the tables are built. Throws Failure where no warp can be
-  // made of what the cameras send. `clock` and `pool` are borrowed for the show's life, `cache` for the call.
+  // made of what the cameras send, into XRGB8888 and, if the settings have it, NV12. `clock` and `pool` are
+  // borrowed for the show's life, `cache` for the call.
   LiveFrames(const Rig& rig, std::vector<OpenCamera> cameras, const LiveSettings& settings, Cpu cpu,
              WorkerPool& pool, Clock& clock, TableCache* cache = nullptr);
 
   Change advance(const Due& due) noexcept override;
   WarpWork warp(const MutableImage& frame, int age) noexcept override;
+  std::optional<YuvColour> nv12_colour() const noexcept override;
+  bool gives_nv12() const noexcept override { return nv12_warp_ != nullptr; }
+  WarpWork warp_nv12(const MutableNativeImage& frame, int age) noexcept override;
   FacePicture face(std::size_t view) const noexcept override;
   void shown(std::chrono::nanoseconds flipped_at) noexcept override;
   double rate() const override { return rate_; }            // the first camera's
@@ -66,6 +70,10 @@ class LiveFrames final : public FrameMaker {
   std::vector<LiveView> start_cameras();
   void crop_cameras(std::span<LiveView> views);
   void begin_colours(const CameraMode& mode, bool match);
+  void begin_nv12(const CameraMode& mode, Cpu cpu, WorkerPool& pool, TableCache* cache);
+  std::vector<TexelBox> reads() const;
+  template <class Frame>
+  WarpWork warp_by(NativeWarp<Frame>& warp, const Frame& frame, int age) noexcept;
   bool follow_cameras() noexcept;  // whether what is made of their pictures has changed
   bool follow_colours(unsigned seen) noexcept;
   void follow_exposure(unsigned seen) noexcept;
@@ -78,8 +86,9 @@ class LiveFrames final : public FrameMaker {
   Clock& clock_;
   std::unique_ptr<LiveFaces> faces_;
   std::unique_ptr<NativeWarp<MutableImage>> warp_;
-  std::unique_ptr<ColourMatch> match_;  // null: colours stay what they are
-  std::vector<ViewColour> locked_;      // one a view, where there is no match but a camera has a colour
+  std::unique_ptr<NativeWarp<MutableNativeImage>> nv12_warp_;  // null: nobody takes NV12
+  std::unique_ptr<ColourMatch> match_;                         // null: colours stay what they are
+  std::vector<ViewColour> locked_;  // one a view, where there is no match but a camera has a colour
   std::optional<ExposureDrive> exposure_;
   std::optional<FrameAlignment> alignment_;
   std::vector<ChangedCells> changed_;  // one a view: all of it or nothing

@@ -40,6 +40,7 @@ struct LoopCounts {
   std::int64_t display_losses = 0;      // times it went away
   std::int64_t frames_unchanged = 0;    // of the shown: not warped, since nothing had changed
   std::int64_t blackout_frames = 0;     // of the shown: black by the operator's wish
+  std::int64_t frames_nv12 = 0;         // warped from NV12 or other YUV into NV12, and presented
   WarpWork tiles;                       // of the frames that were not unchanged
   std::int64_t frames_late = 0;         // shown more than half a period after their time
   std::int64_t frames_dropped = 0;      // times of the show that passed without a frame of their own,

@@ -16,6 +16,7 @@ namespace cupola {
 namespace {
 
 constexpr std::array<std::string_view, 2> kSlowly = {"off", "slow"};
+constexpr std::array<std::string_view, 2> kScanouts = {"XRGB8888", "NV12"};
 
 // The keys that inputs and outputs share.
 GpioLine read_line(SettingsTable& table) {
@@ -160,6 +161,7 @@ ProjectorSettings read_projector(SettingsTable table) {
   const std::optional<KmsModeWish> mode = parse_kms_mode(table.text("mode", ""));
   if (!mode) table.refuse("mode", "expected a mode like \"1920x1200@60\" or \"1920x1200\"");
   if (mode) projector.mode = *mode;
+  projector.nv12 = table.choice("format", kScanouts, 0) == 1;
   table.finish();
   return projector;
 }
@@ -182,6 +184,7 @@ RigDevices load_rig_devices(const std::filesystem::path& file, std::span<const s
   devices.live.exposure = read_exposure(table.table("exposure"), devices.cameras);
   read_sync(table.table("sync"), devices.live);
   devices.projector = read_projector(table.table("display"));
+  devices.live.nv12 = devices.projector.nv12;
   devices.gpio = read_gpio(table.table("gpio"));
   return devices;  // unknown keys beside these tables were load_rig()'s to refuse
 }

@@ -40,6 +40,7 @@ struct ProjectorSettings {
   std::string card;       // "/dev/dri/card1"; empty: the first that has the connector
   std::string connector;  // "HDMI-A-1"; empty: the first that has a projector
   KmsModeWish mode;
+  bool nv12 = false;  // format = "NV12": live pictures as they are, without conversion, where it takes them
 };
 
 // How the cameras become one picture.
@@ -48,6 +49,7 @@ struct LiveSettings {
   bool align = false;                      // align = "slow": frame times are nudged until all capture at once
   bool match_colours = false;              // [colour] match = "slow"
   std::optional<ExposureLimits> exposure;  // [exposure] drive = "together"; none: each camera's own affair
+  bool nv12 = false;                       // as the projector's
 };
 
 struct RigDevices {

@@ -101,6 +101,15 @@ void try_the_lines(const GpioSettings& settings, Complaints& wrong) {
   gpio->stop();
 }
 
+#ifdef CUPOLA_KMS
+// Of the colour that most cameras have.
+bool takes_nv12(const KmsCard& card, const KmsConnector& connector) {
+  const KmsFile file = open_kms_card(card.path);
+  KmsPipe pipe = find_kms_pipe(file, connector);
+  return choose_nv12(file, pipe, {});
+}
+#endif
+
 void try_the_projector([[maybe_unused]] const ProjectorSettings& settings, [[maybe_unused]] Size frame,
                        [[maybe_unused]] Complaints& wrong) {
 #ifdef CUPOLA_KMS
@@ -121,6 +130,9 @@ void try_the_projector([[maybe_unused]] const ProjectorSettings& settings, [[may
     }
     fmt::print("display {}: {} on {}\n", connector.name, name_of(connector.modes[choice.index]),
                card.path.string());
+    if (settings.nv12 && !takes_nv12(card, connector)) {
+      wrong.push_back(fmt::format("display {}: takes no NV12: frames will be XRGB8888", connector.name));
+    }
     return;
   }
   wrong.push_back(fmt::format("display: no connector {}; see cupola devices",

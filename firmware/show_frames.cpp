@@ -320,6 +320,19 @@ WarpWork ShowFrames::warp(const MutableImage& frame, int age) noexcept {
   return by.warp->warp_known(faces_.faces, {by.history.take(age), by.even}, frame);
 }
 
+std::optional<YuvColour> ShowFrames::nv12_colour() const noexcept {
+  return live_ ? live_->nv12_colour() : std::nullopt;
+}
+
+bool ShowFrames::gives_nv12() const noexcept {
+  return !fade_ && is_live(faces_cue_) && live_->gives_nv12();
+}
+
+WarpWork ShowFrames::warp_nv12(const MutableNativeImage& frame, int age) noexcept {
+  warped_with_.reset();
+  return live_->warp_nv12(frame, age);
+}
+
 FacePicture ShowFrames::face(std::size_t view) const noexcept {
   if (is_live(faces_cue_)) return live_->face(view);
   return view < faces_.faces.size() ? FacePicture(faces_.faces[view]) : FacePicture();

@@ -47,6 +47,9 @@ class ShowFrames final : public FrameMaker {
   bool begin_in(std::size_t cue, std::chrono::nanoseconds played);
   Change advance(const Due& due) noexcept override;
   WarpWork warp(const MutableImage& frame, int age) noexcept override;
+  std::optional<YuvColour> nv12_colour() const noexcept override;
+  bool gives_nv12() const noexcept override;
+  WarpWork warp_nv12(const MutableNativeImage& frame, int age) noexcept override;
   FacePicture face(std::size_t view) const noexcept override;
   // Texels of the faces fetched so far that no pixel needs.
   std::int64_t texels_unneeded() const { return texels_unneeded_; }

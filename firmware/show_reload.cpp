@@ -46,7 +46,7 @@ constexpr auto kPatience = 5s;  // for the first faces
 
 bool same_projector(const ProjectorSettings& a, const ProjectorSettings& b) {
   return a.card == b.card && a.connector == b.connector && a.mode.width == b.mode.width &&
-         a.mode.height == b.mode.height && a.mode.rate == b.mode.rate;
+         a.mode.height == b.mode.height && a.mode.rate == b.mode.rate && a.nv12 == b.nv12;
 }
 
 // What a sound device was opened for at the start.

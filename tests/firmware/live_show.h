@@ -39,10 +39,13 @@ class SeenDisplay final : public Display {
   SeenDisplay(Clock& clock, Size size, std::function<void(int, DisplayBuffer)> see)
       : fake_(clock, size.width, size.height), see_(std::move(see)) {}
   DisplayBuffer back_buffer() noexcept override { return fake_.back_buffer(); }
+  bool prepare_nv12(ScanoutColour colour) override { return fake_.prepare_nv12(colour); }
+  DisplayBuffer back_nv12() noexcept override { return fake_.back_nv12(); }
   Presented present(nanoseconds when) noexcept override { return seen(fake_.present(when)); }
   Presented repeat(nanoseconds when) noexcept override { return seen(fake_.repeat(when)); }
   nanoseconds period() const noexcept override { return fake_.period(); }
   const char* trouble() const noexcept override { return fake_.trouble(); }
+  FakeDisplay& fake() { return fake_; }
 
  private:
   Presented seen(Presented presented) noexcept {

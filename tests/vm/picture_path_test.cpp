@@ -27,14 +27,15 @@ constexpr int kWidth = 1024;  // a mode that vkms has
 constexpr int kHeight = 768;
 constexpr std::size_t kCameras = 4;
 
-Show live_show() {
+Show live_show(const std::string& format) {
   const std::string lines[] = {"rig.frame.width=1024", "rig.frame.height=768", "rig.frame.center=[512, 384]",
-                               "rig.frame.radius=384"};
+                               "rig.frame.radius=384", "rig.display.format=\"" + format + "\""};
   return load_show("live", lines, "four-vivid-cameras");
 }
 
 class PicturePath : public testing::Test {
  protected:
+  explicit PicturePath(const std::string& format = "XRGB8888") : show_(live_show(format)) {}
   // `flipped` after each flip, with how many there were before.
   void play(nanoseconds time, int compare_every, std::function<void(int)> flipped = {}) {
     display_.emplace(kms_, live_, pool_, compare_every, std::move(flipped));
@@ -52,7 +53,7 @@ class PicturePath : public testing::Test {
   MonotonicClock clock_;
   WorkerPool pool_{1};
   CameraDrivers drivers_;
-  Show show_ = live_show();
+  Show show_;
   LiveFrames live_{
       show_.rig, drivers_.open(show_.devices.cameras, clock_, nullptr), show_.devices.live, best_cpu(), pool_,
       clock_};
@@ -74,6 +75,18 @@ TEST_F(PicturePath, WhatTheCamerasSeeIsOnTheScreenToTheBit) {
     cropped += mode.width * mode.height < 1280 * 720 ? 1 : 0;
   }
   EXPECT_GE(cropped, 2) << "not all of every face is looked at";
+}
+
+class PicturePathInNv12 : public PicturePath {
+ protected:
+  PicturePathInNv12() : PicturePath("NV12") {}
+};
+
+TEST_F(PicturePathInNv12, TheScreenConvertsWhatTheWarpLeavesAsItIs) {
+  play(5s, 1);
+  EXPECT_GE(display_->compared(), 10);
+  EXPECT_EQ(display_->in_nv12(), display_->compared());
+  EXPECT_EQ(live_.pixel_bytes_copied(), 0);
 }
 
 // What the driver can do to a camera while it streams, one thing after the other, each on another camera.
