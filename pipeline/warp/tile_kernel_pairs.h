@@ -5,7 +5,8 @@
 // A group is a block's row of four pixels. Row pair r is the window's rows r and r + 1; all pairs of a window
 // are made once, in the cache, so that a group finds the texels of its k-th patch row by one load, at pair k
 // from its highest start. Where the starts of a group lie further apart than a row, pairs 2, 4 and 6 further
-// down are shuffled too.
+// down are shuffled too. Where sums fit the registers two mirror images of a block are made at once: what is
+// read of the table, and what follows from it, is the same but for the columns' order.
 // SPDX-License-Identifier: MIT
 #pragma once
 
@@ -23,8 +24,13 @@ class PairKernel {
   static void run(const WarpTable& table, const Tile& tile,
                   std::span<const TileImage<Pixel>> images) noexcept {
     PairKernel kernel;
-    for (const TileImage<Pixel>& image : images) {
-      kernel.run_image(table, tile, image);
+    if constexpr (kAtOnce == 2) {
+      for (; images.size() >= 2; images = images.subspan(2)) {
+        kernel.template run_images<2>(table, tile, images.template first<2>());
+      }
+    }
+    for (; !images.empty(); images = images.subspan(1)) {
+      kernel.template run_images<1>(table, tile, images.template first<1>());
     }
   }
 
@@ -36,13 +42,17 @@ class PairKernel {
   using Register = typename Lanes::Register;
   static constexpr int kParts = kBlockSide / Lanes::kGroups;  // registers of 32 bits a pixel a block
   static constexpr int kPartBytes = Lanes::kGroups * 16;
+  static constexpr int kAtOnce =
+      2 * kChannels * kParts <= 8 ? 2 : 1;  // images: sums in half of the registers
+
+  template <int kImages>
+  using Images = std::span<const TileImage<Pixel>, kImages>;
 
   // What a block's sum reads.
   struct Source {
     const Block& block;
     const Window* window;
     const WeightLine* line;
-    const ViewTexels* views;
   };
 
   // 32 bits a pixel.
@@ -51,20 +61,19 @@ class PairKernel {
   };
 
   // Where the groups of a window look: byte offsets of each one's first row pair, and bytes to pick from it.
-  template <int kReach>
+  template <int kImages, int kReach>
   struct Places {
     std::size_t pair[kBlockSide];
-    Register index[kReach][kParts];
+    Register index[kImages][kReach][kParts];
   };
-
-  CUPOLA_INLINE void put_pair(int channel, int row, __m128i pair) {
-    _mm_store_si128(reinterpret_cast<__m128i*>(pairs_[channel][row]), pair);
-  }
 
   // Row pairs 0 to 2 kTwos - 1; texels less 128 if kSigned. The last pair's second row is of no use to
   // anyone.
   template <bool kSigned, int kTwos>
-  CUPOLA_INLINE void make_pairs(const ViewTexels& view, const Window& window) {
+  CUPOLA_INLINE void make_pairs(int image, const ViewTexels& view, const Window& window) {
+    const auto put_pair = [&](int channel, int row, __m128i pair) {
+      _mm_store_si128(reinterpret_cast<__m128i*>(pairs_[image][channel][row]), pair);
+    };
     const __m128i sign = _mm_set1_epi8(static_cast<char>(kSigned ? 0x80 : 0));
     constexpr int kOf = In::kOfSource;
     for (int source = 0; source < In::kSources; ++source) {
@@ -91,21 +100,26 @@ class PairKernel {
     }
   }
 
-  template <bool kSigned>
-  CUPOLA_INLINE void make_pairs(const ViewTexels& view, const Window& window) {
+  template <bool kSigned, int kTwos, int kImages>
+  CUPOLA_INLINE void make_pairs(const Images<kImages>& images, const Window& window) {
+    for (int i = 0; i < kImages; ++i) make_pairs<kSigned, kTwos>(i, images[i].views[window.view], window);
+  }
+
+  template <bool kSigned, int kImages>
+  CUPOLA_INLINE void make_pairs(const Images<kImages>& images, const Window& window) {
     if (window.used > 6) {
-      make_pairs<kSigned, 4>(view, window);
+      make_pairs<kSigned, 4, kImages>(images, window);
     } else if (window.used > 4) {
-      make_pairs<kSigned, 3>(view, window);
+      make_pairs<kSigned, 3, kImages>(images, window);
     } else if (window.used > 2) {
-      make_pairs<kSigned, 2>(view, window);
+      make_pairs<kSigned, 2, kImages>(images, window);
     } else {
-      make_pairs<kSigned, 1>(view, window);
+      make_pairs<kSigned, 1, kImages>(images, window);
     }
   }
 
-  template <int kReach>
-  CUPOLA_INLINE static Places<kReach> places(const Window& window, std::uint32_t flip) {
+  template <int kImages, int kReach>
+  CUPOLA_INLINE static Places<kImages, kReach> places(const Images<kImages>& images, const Window& window) {
     const __m128i start = _mm_loadu_si128(reinterpret_cast<const __m128i*>(window.start.data()));
     // 8 * row, and the least of a group's in each fourth byte.
     __m128i least = _mm_and_si128(start, _mm_set1_epi8(0x38));
@@ -114,22 +128,25 @@ class PairKernel {
     const __m128i all_four = _mm_setr_epi8(0, 0, 0, 0, 4, 4, 4, 4, 8, 8, 8, 8, 12, 12, 12, 12);
     const __m128i within = _mm_sub_epi8(start, _mm_shuffle_epi8(least, all_four));  // 0..8 * spread + 4
 
-    Places<kReach> places;
+    Places<kImages, kReach> places;
     alignas(16) std::uint8_t eight_rows[16];  // cheaper than four extractions
     _mm_store_si128(reinterpret_cast<__m128i*>(eight_rows), least);
     for (std::size_t g = 0; g < kBlockSide; ++g) places.pair[g] = std::size_t{eight_rows[4 * g]} * 2;
     for (int part = 0; part < kParts; ++part) {
       const Register four_times =
           Lanes::shuffle(Lanes::all(within), Lanes::load(kFourTimes.data() + part * kPartBytes));
-      const Register at = Lanes::exclusive_or(Lanes::add8(four_times, Lanes::all32(0x03020100)),
-                                              Lanes::all32(static_cast<int>(flip)));
-      if constexpr (kReach == 1) {
-        places.index[0][part] = at;
-      } else {
-        // A shuffle makes bytes zero whose index has bit 7: here all that are not 16 i to 16 i + 15.
-        for (int i = 0; i < kReach; ++i) {
-          places.index[i][part] =
-              Lanes::add8_saturated(Lanes::sub8(at, Lanes::all8(16 * i)), Lanes::all8(0x70));
+      const Register straight = Lanes::add8(four_times, Lanes::all32(0x03020100));
+      for (int image = 0; image < kImages; ++image) {
+        const auto flip = static_cast<int>(images[image].views[window.view].flip);
+        const Register at = Lanes::exclusive_or(straight, Lanes::all32(flip));
+        if constexpr (kReach == 1) {
+          places.index[image][0][part] = at;
+        } else {
+          // A shuffle makes bytes zero whose index has bit 7: here all that are not 16 i to 16 i + 15.
+          for (int i = 0; i < kReach; ++i) {
+            places.index[image][i][part] =
+                Lanes::add8_saturated(Lanes::sub8(at, Lanes::all8(16 * i)), Lanes::all8(0x70));
+          }
         }
       }
     }
@@ -138,13 +155,14 @@ class PairKernel {
 
   // The patch row of the pixels of one part, 4 bytes each; `pair` is the first group's first row pair, or as
   // many further as patch rows went before.
-  template <int kReach>
-  CUPOLA_INLINE static Register patch(const std::uint8_t* pairs, const Places<kReach>& places, int part) {
+  template <int kImages, int kReach>
+  CUPOLA_INLINE static Register patch(const std::uint8_t* pairs, const Places<kImages, kReach>& places,
+                                      int image, int part) {
     const std::size_t* offset = places.pair + part * Lanes::kGroups;
-    Register patch = Lanes::shuffle(Lanes::gather(pairs, offset), places.index[0][part]);
+    Register patch = Lanes::shuffle(Lanes::gather(pairs, offset), places.index[image][0][part]);
     for (int i = 1; i < kReach; ++i) {
       const Register further = Lanes::gather(pairs + 2 * i * kPairBytes, offset);
-      patch = Lanes::either(patch, Lanes::shuffle(further, places.index[i][part]));
+      patch = Lanes::either(patch, Lanes::shuffle(further, places.index[image][i][part]));
     }
     return patch;
   }
@@ -172,20 +190,23 @@ class PairKernel {
     }
   }
 
-  template <BlockKind kKind, int kReach>
-  CUPOLA_INLINE const WeightLine* add_patches(Sums& sums, const Window& window, const WeightLine* line,
-                                              std::uint32_t flip) const {
+  template <BlockKind kKind, int kReach, int kImages>
+  CUPOLA_INLINE const WeightLine* add_patches(Sums (&sums)[kImages], const Images<kImages>& images,
+                                              const Window& window, const WeightLine* line) const {
     constexpr int kLinesARow = kKind == BlockKind::kNarrow16 ? 2 : 1;
-    const Places<kReach> here = places<kReach>(window, flip);
-    const std::uint8_t* pairs = pairs_[0][0];
+    const Places<kImages, kReach> here = places<kImages, kReach>(images, window);
+    const std::uint8_t* pairs = pairs_[0][0][0];
     for (const WeightLine* end = line + kLinesARow * window.rows; line != end; line += kLinesARow) {
       for (int part = 0; part < kParts; ++part) {
         Weights weights;
         weights.first = Lanes::load(line[0].bytes.data() + part * kPartBytes);
         if constexpr (kLinesARow == 2) weights.second = Lanes::load(line[1].bytes.data() + part * kPartBytes);
-        for (int channel = 0; channel < kChannels; ++channel) {
-          const Register texels = patch(pairs + channel * kChannelBytes, here, part);
-          sums.of[channel][part] = Lanes::add32(sums.of[channel][part], product<kKind>(texels, weights));
+        for (int image = 0; image < kImages; ++image) {
+          for (int channel = 0; channel < kChannels; ++channel) {
+            const std::uint8_t* of = pairs + (image * kChannels + channel) * kChannelBytes;
+            Register& sum = sums[image].of[channel][part];
+            sum = Lanes::add32(sum, product<kKind>(patch(of, here, image, part), weights));
+          }
         }
       }
       pairs += kPairBytes;
@@ -194,32 +215,31 @@ class PairKernel {
     return line;
   }
 
-  template <BlockKind kKind>
-  CUPOLA_INLINE Sums sum_narrow(const Source& from) {
+  template <BlockKind kKind, int kImages>
+  CUPOLA_INLINE void sum_narrow(const Source& from, const Images<kImages>& images, Sums (&sums)[kImages]) {
     constexpr bool kSigned = kKind != BlockKind::kNarrow16;  // texels are
     const int bits = from.block.bits;
     // Puts 128 * 2^bits back, and rounds what is not rounded later.
     const Register unrounded = Lanes::all32(kSigned ? 128 << bits : 0);
     const Register start = kFine ? unrounded : Lanes::all32(kSigned ? (257 << bits) >> 1 : 1 << (bits - 1));
-    Sums sums;
-    for (int channel = 0; channel < kChannels; ++channel) {
-      for (Register& sum : sums.of[channel]) sum = kDeep && channel % 2 == 1 ? unrounded : start;
+    for (Sums& of_image : sums) {
+      for (int channel = 0; channel < kChannels; ++channel) {
+        for (Register& sum : of_image.of[channel]) sum = kDeep && channel % 2 == 1 ? unrounded : start;
+      }
     }
     const WeightLine* line = from.line;
     const Window* window = from.window;
     for (const Window* end = window + from.block.window_count; window != end; ++window) {
-      const ViewTexels& view = from.views[window->view];
-      make_pairs<kSigned>(view, *window);
+      make_pairs<kSigned, kImages>(images, *window);
       if (window->spread <= 1) {
-        line = add_patches<kKind, 1>(sums, *window, line, view.flip);
+        line = add_patches<kKind, 1, kImages>(sums, images, *window, line);
       } else if (window->spread <= 3) {
-        line = add_patches<kKind, 2>(sums, *window, line, view.flip);
+        line = add_patches<kKind, 2, kImages>(sums, images, *window, line);
       } else {
-        line = add_patches<kKind, 4>(sums, *window, line, view.flip);
+        line = add_patches<kKind, 4, kImages>(sums, images, *window, line);
       }
     }
-    finish<kKind>(sums, bits);
-    return sums;
+    for (Sums& of_image : sums) finish<kKind>(of_image, bits);
   }
 
   // From sums to samples; of 16-bit texels, whose low and high bytes were summed apart, into the first of
@@ -256,12 +276,12 @@ class PairKernel {
   }
 
   // Rare, and 16 bytes wide for every instruction set.
-  [[gnu::noinline]] static Sums sum_wide(const Source& from) {
+  [[gnu::noinline]] static Sums sum_wide(const Source& from, const ViewTexels* views) {
     alignas(64) std::array<std::array<std::int32_t, kPixelsInBlock>, kChannels> totals{};
     const WeightLine* line = from.line;
     const Window* window = from.window;
     for (const Window* end = window + from.block.window_count; window != end; ++window, line += 2) {
-      const ViewTexels& view = from.views[window->view];
+      const ViewTexels& view = views[window->view];
       const __m128i turned = _mm_xor_si128(_mm_set_epi64x(0x0f0e0d0c0b0a0908, 0x0706050403020100),
                                            _mm_set1_epi32(static_cast<int>(view.flip)));
       for (int source = 0; source < In::kSources; ++source) {
@@ -297,18 +317,19 @@ class PairKernel {
     return sums;
   }
 
-  CUPOLA_INLINE Sums sum_block(const Source& from) {
+  template <int kImages>
+  CUPOLA_INLINE void sum_block(const Source& from, const Images<kImages>& images, Sums (&sums)[kImages]) {
     switch (from.block.kind) {
       case BlockKind::kNarrow8:
-        return sum_narrow<BlockKind::kNarrow8>(from);
+        return sum_narrow<BlockKind::kNarrow8, kImages>(from, images, sums);
       case BlockKind::kSigned8:
-        return sum_narrow<BlockKind::kSigned8>(from);
+        return sum_narrow<BlockKind::kSigned8, kImages>(from, images, sums);
       case BlockKind::kNarrow16:
-        return sum_narrow<BlockKind::kNarrow16>(from);
+        return sum_narrow<BlockKind::kNarrow16, kImages>(from, images, sums);
       case BlockKind::kWide16:
         break;
     }
-    return sum_wide(from);
+    for (int i = 0; i < kImages; ++i) sums[i] = sum_wide(from, images[i].views.data());
   }
 
   // Texels for about the next tile. Windows near each other share cache lines, so two rows of each are
@@ -374,13 +395,18 @@ class PairKernel {
     }
   }
 
-  void run_image(const WarpTable& table, const Tile& tile, TileImage<Pixel> image) {
+  template <int kImages>
+  void run_images(const WarpTable& table, const Tile& tile, Images<kImages> images) {
     const Block* block = table.blocks.data() + tile.first_block;
     const Window* window = table.windows.data() + tile.first_window;
     const WeightLine* line = table.lines.data() + tile.first_line;
     for (const Block* end = block + tile.block_count; block != end; ++block) {
-      prefetch_texels(table, image.views.data(), window, end - block);
-      store(sum_block({*block, window, line, image.views.data()}), *block, image);
+      for (const TileImage<Pixel>& image : images) {
+        prefetch_texels(table, image.views.data(), window, end - block);
+      }
+      Sums sums[kImages];
+      sum_block<kImages>({*block, window, line}, images, sums);
+      for (int i = 0; i < kImages; ++i) store(sums[i], *block, images[i]);
       window += block->window_count;
       line += block->line_count;
     }
@@ -402,7 +428,7 @@ class PairKernel {
   // Row pairs 0 to 7, and what shuffles that pick nothing may load.
   static constexpr int kPairs = kWindowSide + 6;
   static constexpr int kChannelBytes = kPairs * kPairBytes;
-  alignas(64) std::uint8_t pairs_[kChannels][kPairs][kPairBytes] = {};
+  alignas(64) std::uint8_t pairs_[kAtOnce][kChannels][kPairs][kPairBytes] = {};
 };
 
 }  // namespace cupola
