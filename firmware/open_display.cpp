@@ -42,7 +42,11 @@ std::unique_ptr<Display> open_display(const std::string& kind, const std::string
                                       const Show& show, double rate, std::optional<Y4mWriter>& video,
                                       [[maybe_unused]] CommandQueue& commands) {
   const Size size = show.rig.frame.size;
-  if (kind == "fake") return std::make_unique<FakeDisplay>(clock, size.width, size.height);
+  if (kind == "fake") {
+    auto fake = std::make_unique<FakeDisplay>(clock, size.width, size.height);
+    fake->take_nv12();
+    return fake;
+  }
   if (kind == "file" && is_video_name(out)) {
     video.emplace(out, size, frame_rate(rate));
     return std::make_unique<FileDisplay>(clock, size, [&video](const Image& frame) { video->write(frame); });

@@ -42,6 +42,33 @@ TEST_F(Live, FourCamerasReachAFakeScreenInStep) {
   EXPECT_LE(stats["live"]["latency_ms_max"], 25.0);
 }
 
+TEST_F(Live, FramesGoOutInNv12WhereTheRigSaysSoAndTheDisplayTakesIt) {
+  const auto play = [&](const std::vector<std::string>& display, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> words = {"play", "live", "--seconds", "1", "--stats", path("stats.json")};
+    for (const char* line : {"rig.frame.width=64", "rig.frame.height=64", "rig.display.format=\"NV12\""}) {
+      words.insert(words.end(), {"--set", line});
+    }
+    words.insert(words.end(), display.begin(), display.end());
+    words.insert(words.end(), more.begin(), more.end());
+    return call(words);
+  };
+  const auto stats = [&] { return nlohmann::json::parse(read_text(folder_ / "stats.json")); };
+  ASSERT_EQ(play({"--display", "fake", "--fast-forward"}).code, 0);
+  EXPECT_GE(stats()["frames_nv12"], 55);
+  EXPECT_EQ(stats()["pixel_bytes_copied"], 0);
+  const Outcome file = play({"--display", "file", "--out", path("a.y4m")});
+  ASSERT_EQ(file.code, 0) << file.err;
+  EXPECT_THAT(file.err, HasSubstr("the display takes no NV12: frames are XRGB8888"));
+  EXPECT_EQ(stats()["frames_nv12"], 0);
+  const Outcome locked =
+      play({"--display", "fake", "--fast-forward"}, {"--set", "rig.camera.0.gains=[1.1, 1.0, 1.0]"});
+  EXPECT_NE(locked.code, 0);
+  EXPECT_THAT(locked.err, HasSubstr("display.format: expected XRGB8888, as colours are matched or locked"));
+  const Outcome wrong = play({"--display", "fake"}, {"--set", "rig.display.format=\"NV21\""});
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("display.format: expected XRGB8888 or NV12"));
+}
+
 TEST_F(Live, WhatCamerasSentIsPlayedAgain) {
   const std::vector<std::string> small = {"--set", "rig.frame.width=64", "--set", "rig.frame.height=64"};
   const auto play = [&](std::vector<std::string> words) {
