@@ -16,8 +16,11 @@ namespace {
 constexpr double kFadeFrom = 7.6;  // texels, the larger side of a pixel's box
 // Estimates of single texels use windows of up to 8 x 8, which may lie wholly on one side of them.
 constexpr double kMostEstimateExtent = 5.6;
-// Weights below this share of the heaviest are left out: a tenth of a rounding step of the table.
+// Weights below this share of the heaviest are left out: a tenth of a rounding step of the table. But not where
+// they are more together than a window could have of them: a texel of a plane may be a whole stripe of another
+// view.
 constexpr double kFaintestShare = 3e-5;
+constexpr double kMostLeftOut = LeastSquares::kMostTexels * kFaintestShare;
 
 double extent_u(const PixelArea& area) {
   return std::abs(area.ux) + std::abs(area.uy);
@@ -213,7 +216,10 @@ void OptimalFootprint::gather(int home, const DirectionAndSlope& looking, const 
   }
   double heaviest = 0.0;
   for (const Tap& tap : taps) heaviest = std::max(heaviest, std::abs(tap.weight));
-  std::erase_if(taps, [&](const Tap& tap) { return std::abs(tap.weight) < kFaintestShare * heaviest; });
+  const auto faint = [&](const Tap& tap) { return std::abs(tap.weight) < kFaintestShare * heaviest; };
+  double left_out = 0.0;
+  for (const Tap& tap : taps) left_out += faint(tap) ? std::abs(tap.weight) : 0.0;
+  if (left_out <= kMostLeftOut * heaviest) std::erase_if(taps, faint);
 }
 
 }  // namespace cupola

@@ -284,6 +284,15 @@ class RigCheck {
   Tally tally_;
 };
 
+// Of this rig: one texel of the home view's plane is a stripe of some 600 texels of another view, each of them
+// faint, all together more than a hundredth of the pixel.
+TEST(FootprintStress, FaintTexelsAreLeftOutOnlyWhereTheyAreFew) {
+  const test::NoiseFaces noise(1);
+  RigCheck check(350, noise);
+  check.run();
+  EXPECT_EQ(check.fault(), "");
+}
+
 TEST(FootprintStress, RandomPixelsOfRandomRigsAreTheReferences) {
   const test::NoiseFaces noise(1);
   const auto rigs = static_cast<int>((pixels_wanted() + kPixelsARig - 1) / kPixelsARig);
