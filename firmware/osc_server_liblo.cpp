@@ -177,7 +177,7 @@ void UdpOscServer::obey(const OscMessage& message, const Sender& from) {
       ++report_.denied;
       return note_refusal("expected /cupola/TOKEN/COMMAND with the token", from);
     }
-    if (*word == "status") {
+    if (*word == kOscStatus) {
       ++report_.taken;
       return answer("/cupola/status", from);
     }

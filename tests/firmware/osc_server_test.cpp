@@ -121,6 +121,16 @@ TEST_F(OscServerTest, TakesABundleInItsOrder) {
   EXPECT_EQ(report([](const OscReport& now) { return now.taken == 2; }).refused, 1);
 }
 
+TEST_F(OscServerTest, TakesAPatternOfOneCommand) {
+  start();
+  const Socket sender(server_->address().port);
+  sender.send(osc_packet({"/cupola/{play,pause}", {}}));
+  sender.send(osc_packet({"/*/g?", {}}));
+  EXPECT_EQ(command(), PlayerCommand{PlayerAction::kGo});
+  EXPECT_THAT(log(), HasSubstr("osc: refused: \"{play,pause}\": expected a pattern of one command"));
+  EXPECT_EQ(report([](const OscReport& now) { return now.taken == 1; }).refused, 1);
+}
+
 TEST_F(OscServerTest, AnswersWhoAsksForTheStatus) {
   start();
   PlayerStatus status;
