@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "firmware/osc_time.h"
 #include "firmware/player_command.h"
 
 namespace cupola {
@@ -22,6 +23,7 @@ using OscValue = std::variant<std::int64_t, double, bool, OscImpulse, std::strin
 struct OscMessage {
   std::string address;
   std::vector<OscValue> values;
+  OscTime time = kOscAtOnce;  // its bundle's
 };
 
 // Of the address that asks how the player is; no command.
