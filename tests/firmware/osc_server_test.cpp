@@ -293,6 +293,32 @@ TEST_F(OscServerTest, ListensAtItsOwnAddressAlone) {
   EXPECT_EQ(link_.commands.take(), std::nullopt);
 }
 
+// Where the machine has none, it says so.
+TEST_F(OscServerTest, ListensAtAnAddressOfIpv6) {
+  const int probe = socket(AF_INET6, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in6 loopback{};
+  loopback.sin6_family = AF_INET6;
+  loopback.sin6_addr = in6addr_loopback;
+  const bool there = bind(probe, reinterpret_cast<const sockaddr*>(&loopback), sizeof loopback) == 0;
+  close(probe);
+  try {
+    start("", "[::1]:0");
+  } catch (const Failure& failure) {
+    EXPECT_FALSE(there);
+    EXPECT_THAT(failure.what(), HasSubstr("control: osc [::1]:0: cannot listen there"));
+    return;
+  }
+  EXPECT_TRUE(there);
+  const Socket asks(server_->address().port, "::1");  // Debian's liblo speaks IPv4 alone
+  asks.send(osc_packet({"/cupola/go", {}}));
+  EXPECT_EQ(command(), PlayerCommand{PlayerAction::kGo});
+  EXPECT_EQ(report([](const OscReport& now) { return now.taken == 1; }).taken, 1);
+  EXPECT_THAT(log(), HasSubstr("::1: osc: go\n"));
+  asks.send(osc_packet({"/cupola/status", {}}));
+  EXPECT_THAT(asks.receive(5000), HasSubstr("starting"));
+  EXPECT_EQ(describe(server_->address()), "[::1]:" + std::to_string(server_->address().port));
+}
+
 TEST_F(OscServerTest, RefusesOthersWithoutATokenAndPortsThatAreTaken) {
   EXPECT_THROW(start("", "0.0.0.0:0"), InputError);
   start();
