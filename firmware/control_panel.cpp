@@ -17,26 +17,11 @@ std::vector<GpioLine> lines_of(const GpioSettings& settings) {
   return lines;
 }
 
-PlayerCommand command_of(InputDoes does) {
-  switch (does) {
-    case InputDoes::kGo:
-      return {PlayerAction::kGo};
-    case InputDoes::kNext:
-      return {PlayerAction::kNext};
-    case InputDoes::kPrevious:
-      return {PlayerAction::kPrevious};
-    case InputDoes::kPlayPause:
-    case InputDoes::kBlackout:  // is a level, no command
-      break;
-  }
-  return {PlayerAction::kPlayPause};
-}
-
 }  // namespace
 
 ControlPanel::ControlPanel(const GpioSettings& settings, Gpio& gpio, Clock& clock, EventLog& log)
     : watch_(gpio, lines_of(settings), clock), log_(log) {
-  for (const PanelInput& input : settings.inputs) inputs_.push_back(input.does);
+  for (const PanelInput& input : settings.inputs) inputs_.push_back(input.press);
   for (const PanelOutput& output : settings.outputs) outputs_.push_back(output.is);
   poll_lines(nullptr);
 }
@@ -52,11 +37,11 @@ bool ControlPanel::poll_lines(CommandQueue* commands) noexcept {
     const GpioWatch::Poll said = watch_.poll(edge);
     if (said == GpioWatch::Poll::kNothing) break;
     if (said == GpioWatch::Poll::kEdge && edge.active) {
-      const InputDoes does = inputs_[edge.line];
-      if (does == InputDoes::kBlackout) {
+      const std::optional<PlayerCommand>& press = inputs_[edge.line];
+      if (!press) {
         dark = true;  // even if it was let go before the frame
       } else if (commands) {
-        commands->push(command_of(does));
+        commands->push(*press);
       }
     }
     if (said == GpioWatch::Poll::kLost) {
@@ -65,7 +50,7 @@ bool ControlPanel::poll_lines(CommandQueue* commands) noexcept {
     if (said == GpioWatch::Poll::kBack) log_.notice(Topic::kControl, "gpio: the lines are back");
   }
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
-    if (inputs_[i] == InputDoes::kBlackout && watch_.active(i)) dark = true;
+    if (!inputs_[i] && watch_.active(i)) dark = true;
   }
   return dark;
 }

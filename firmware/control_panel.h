@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "firmware/command_queue.h"
@@ -32,8 +33,8 @@ class ControlPanel {
   bool poll_lines(CommandQueue* commands) noexcept;
   void set(OutputIs which, bool active) noexcept;
 
-  std::vector<InputDoes> inputs_;  // the watch's first lines
-  std::vector<OutputIs> outputs_;  // the others
+  std::vector<std::optional<PlayerCommand>> inputs_;  // the watch's first lines
+  std::vector<OutputIs> outputs_;                     // the others
   GpioWatch watch_;
   EventLog& log_;
   bool trigger_ = false;

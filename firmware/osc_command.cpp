@@ -8,12 +8,13 @@
 #include <cmath>
 
 #include "firmware/control_settings.h"
+#include "firmware/osc_pattern.h"
 #include "pipeline/frame/error.h"
 
 namespace cupola {
 namespace {
 
-constexpr std::string_view kRoot = "/cupola/";
+constexpr std::string_view kRoot = "cupola";
 
 // Whether the value presses or switches on; none where it is no button's.
 std::optional<bool> pressed(const OscValue& value) {
@@ -41,20 +42,34 @@ std::string text_of(std::string_view word, const OscValue& value, bool whole) {
   throw InputError(fmt::format("{}: expected numbers or texts, not a true, a false or an impulse", word));
 }
 
+// The one command that the pattern matches: what several do at once (play and pause) nobody means.
+std::string_view word_of_pattern(std::string_view pattern) {
+  std::vector<std::string_view> words(command_words().begin(), command_words().end());
+  words.push_back(kOscStatus);
+  std::erase_if(words, [&](std::string_view word) { return !osc_matches(pattern, word); });
+  if (words.size() == 1) return words[0];
+  throw InputError(fmt::format("\"{}\": expected a pattern of one command; it matches {}", printable(pattern),
+                               words.empty() ? "none" : fmt::format("{}", fmt::join(words, ", "))));
+}
+
 }  // namespace
 
 std::optional<std::string_view> osc_word(std::string_view address, std::string_view token) {
-  if (!address.starts_with(kRoot)) {
+  const std::size_t slash = address.find('/', 1);
+  const std::string_view root = address.substr(std::min<std::size_t>(address.size(), 1), slash - 1);
+  const bool ours = root == kRoot || (is_osc_pattern(root) && osc_matches(root, kRoot));
+  if (slash == address.npos || !address.starts_with('/') || !ours) {
     throw InputError(fmt::format("\"{}\": expected an address like /cupola/go", printable(address)));
   }
-  std::string_view rest = address.substr(kRoot.size());
+  std::string_view rest = address.substr(slash + 1);
   if (!token.empty()) {
     const bool right = same_text(rest.substr(0, token.size()), token) &&
                        rest.substr(std::min(rest.size(), token.size())).starts_with('/');
     if (!right) return std::nullopt;
     rest.remove_prefix(token.size() + 1);
   }
-  return rest;
+  // Where there is a slash it is no command, and no sign of a pattern reaches across it.
+  return is_osc_pattern(rest) && rest.find('/') == rest.npos ? word_of_pattern(rest) : rest;
 }
 
 std::optional<PlayerCommand> parse_osc_command(std::string_view word, std::span<const OscValue> values,

@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "firmware/osc_time.h"
 #include "firmware/player_command.h"
 
 namespace cupola {
@@ -22,10 +23,15 @@ using OscValue = std::variant<std::int64_t, double, bool, OscImpulse, std::strin
 struct OscMessage {
   std::string address;
   std::vector<OscValue> values;
+  OscTime time = kOscAtOnce;  // its bundle's
 };
 
+// Of the address that asks how the player is; no command.
+constexpr std::string_view kOscStatus = "status";
+
 // The command of "/cupola/COMMAND", or of "/cupola/TOKEN/COMMAND" where there is a `token`; none where the
-// token is not that. Throws InputError for any other address.
+// token is not that. Either but the token may be a pattern, that of the command one that matches it and no
+// other. Throws InputError for any other address. The word is the address's own, or for ever.
 std::optional<std::string_view> osc_word(std::string_view address, std::string_view token);
 
 // Numbers and texts are the command's argument, one after the other. A command without one is a button:

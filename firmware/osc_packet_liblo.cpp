@@ -18,7 +18,8 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-constexpr std::size_t kBundleHeader = 16;  // "#bundle", 0, a time
+constexpr std::size_t kBundleName = 8;     // "#bundle", 0
+constexpr std::size_t kBundleHeader = 16;  // and a time
 constexpr int kDeepest = 8;                // bundles within bundles
 
 struct FreeMessage {
@@ -59,6 +60,12 @@ OscValue value_of(char type, const lo_arg* argument) {
   }
 }
 
+std::uint64_t read_big_endian(Bytes bytes) {
+  std::uint64_t number = 0;
+  for (const std::uint8_t byte : bytes) number = number << 8U | byte;
+  return number;
+}
+
 OscMessage read_message(Bytes bytes) {
   std::vector<std::uint8_t> data(bytes.begin(), bytes.end());  // liblo wants it to be writable
   const auto end = std::find(data.begin(), data.end(), 0);
@@ -79,19 +86,30 @@ OscMessage read_message(Bytes bytes) {
   return read;
 }
 
-void read_element(Bytes bytes, int depth, std::vector<OscMessage>& messages) {
-  if (bytes.size() < 8 || std::memcmp(bytes.data(), "#bundle", 8) != 0) {
+// Of a bundle within one that counts at `time`.
+OscTime read_time(Bytes bytes, OscTime time) {
+  const OscTime own = read_big_endian(bytes);
+  if (own <= kOscAtOnce) return time;
+  if (time != kOscAtOnce && earlier(own, time)) {
+    throw InputError("an OSC bundle that is to count before the one around it");
+  }
+  return own;
+}
+
+void read_element(Bytes bytes, int depth, OscTime time, std::vector<OscMessage>& messages) {
+  if (bytes.size() < kBundleName || std::memcmp(bytes.data(), "#bundle", kBundleName) != 0) {
     messages.push_back(read_message(bytes));
+    messages.back().time = time;
     return;
   }
   if (bytes.size() < kBundleHeader || depth == kDeepest) throw InputError("an ill-formed OSC bundle");
+  time = read_time(bytes.subspan(kBundleName, kBundleHeader - kBundleName), time);
   for (bytes = bytes.subspan(kBundleHeader); !bytes.empty();) {
     if (bytes.size() < 4) throw InputError("an ill-formed OSC bundle");
-    const std::size_t size = std::size_t{bytes[0]} << 24 | std::size_t{bytes[1]} << 16 |
-                             std::size_t{bytes[2]} << 8 | std::size_t{bytes[3]};
+    const std::size_t size = read_big_endian(bytes.first(4));
     bytes = bytes.subspan(4);
     if (size > bytes.size()) throw InputError("an ill-formed OSC bundle");
-    read_element(bytes.first(size), depth + 1, messages);
+    read_element(bytes.first(size), depth + 1, time, messages);
     bytes = bytes.subspan(size);
   }
 }
@@ -103,7 +121,7 @@ std::vector<OscMessage> read_osc_packet(std::span<const std::uint8_t> packet) {
     throw InputError(fmt::format("an OSC packet of over {} bytes", kLargestOscPacket));
   }
   std::vector<OscMessage> messages;
-  read_element(packet, 0, messages);
+  read_element(packet, 0, kOscAtOnce, messages);
   return messages;
 }
 

@@ -15,6 +15,7 @@
 #include <thread>
 #include <utility>
 
+#include "firmware/due_queue.h"
 #include "firmware/osc_packet.h"
 #include "firmware/osc_server.h"
 #include "pipeline/frame/error.h"
@@ -73,10 +74,18 @@ Sender socket_address(const ControlAddress& address) {
   return place;
 }
 
+// What a message that may asks for.
+struct Order {
+  std::string word;
+  std::vector<OscValue> values;
+  Sender from;
+  std::chrono::nanoseconds ahead{0};  // it came, of its bundle's time
+};
+
 class UdpOscServer final : public OscServer {
  public:
   UdpOscServer(const ControlAddress& address, std::string token, ShowFacts facts, ControlLink& link,
-               Clock& clock);
+               Clock& clock, std::function<WallTime()> time_of_day);
   ~UdpOscServer() override {
     eventfd_write(stop_, 1);
     thread_.join();
@@ -87,9 +96,12 @@ class UdpOscServer final : public OscServer {
   void listen();
   bool stopped(int wait_ms) const;
   bool hear_one();
-  void obey(const OscMessage& message, const Sender& from);
+  void hear(std::vector<OscMessage> messages, const Sender& from);
+  void take(OscMessage message, std::chrono::nanoseconds now, const Sender& from);
+  void obey_those_due();
+  void obey(const Order& order);
   void answer(const std::string& address, const Sender& to) const;
-  void note(const PlayerCommand& command, const ShowFacts& facts, const Sender& from);
+  void note(const PlayerCommand& command, const ShowFacts& facts, const Order& order);
   void note_refusal(std::string_view why, const Sender& from);
   ShowFacts facts() const { return link_.reload ? link_.reload->facts() : facts_; }
 
@@ -98,10 +110,13 @@ class UdpOscServer final : public OscServer {
   ShowFacts facts_;
   ControlLink& link_;
   Clock& clock_;
+  std::function<WallTime()> time_of_day_;
   Descriptor socket_;
   Descriptor stop_;
   // The thread's own.
   std::array<std::uint8_t, kLargestOscPacket + 1> packet_{};
+  OscMoments moments_;
+  DueQueue<Order, CommandQueue::kSlots> later_;
   OscReport report_;
   std::int64_t refusals_ = 0;  // that no line tells of
   std::optional<std::chrono::nanoseconds> refusal_noted_;
@@ -110,12 +125,13 @@ class UdpOscServer final : public OscServer {
 };
 
 UdpOscServer::UdpOscServer(const ControlAddress& address, std::string token, ShowFacts facts,
-                           ControlLink& link, Clock& clock)
+                           ControlLink& link, Clock& clock, std::function<WallTime()> time_of_day)
     : address_(address),
       token_(std::move(token)),
       facts_(std::move(facts)),
       link_(link),
       clock_(clock),
+      time_of_day_(std::move(time_of_day)),
       socket_(socket(address.host.find(':') == std::string::npos ? AF_INET : AF_INET6,
                      SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)),
       stop_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
@@ -140,8 +156,8 @@ UdpOscServer::UdpOscServer(const ControlAddress& address, std::string token, Sho
 void UdpOscServer::listen() {
   int heard = 0;
   while (!stopped(heard == kAtOnce ? kRestMs : 0)) {
-    std::array<pollfd, 2> wait = {{{socket_, POLLIN, 0}, {stop_, POLLIN, 0}}};
-    poll(wait.data(), wait.size(), -1);
+    clock_.wait(std::array<int, 2>{socket_, stop_}, later_.next());
+    obey_those_due();
     for (heard = 0; heard < kAtOnce && hear_one();) ++heard;
     link_.osc.publish(report_);
   }
@@ -159,9 +175,7 @@ bool UdpOscServer::hear_one() {
                                 reinterpret_cast<sockaddr*>(&from.address), &from.length);
   if (size < 0) return false;
   try {
-    for (const OscMessage& message : read_osc_packet({packet_.data(), static_cast<std::size_t>(size)})) {
-      obey(message, from);
-    }
+    hear(read_osc_packet({packet_.data(), static_cast<std::size_t>(size)}), from);
   } catch (const std::exception& wrong) {
     ++report_.refused;
     note_refusal(wrong.what(), from);
@@ -169,32 +183,77 @@ bool UdpOscServer::hear_one() {
   return true;
 }
 
+// A packet that cannot be kept whole until its time is not kept at all.
+void UdpOscServer::hear(std::vector<OscMessage> messages, const Sender& from) {
+  const std::chrono::nanoseconds now = clock_.now();
+  moments_.look(time_of_day_(), now);
+  std::size_t later = 0;
+  for (const OscMessage& message : messages) {
+    const std::chrono::duration<double> ahead = moments_.due(message.time) - now;
+    if (ahead > kFarthestAhead) {
+      throw InputError(
+          fmt::format("a bundle's time is {:.1f} seconds ahead; expected at most {}, by clocks that agree",
+                      ahead.count(), kFarthestAhead.count()));
+    }
+    if (ahead.count() > 0.0) ++later;
+  }
+  if (later > later_.room()) {
+    ++report_.crowded;
+    return note_refusal("too many commands wait for their time", from);
+  }
+  for (OscMessage& message : messages) take(std::move(message), now, from);
+}
+
 // Nobody is told but those who ask and may: a refusal that is answered makes an echo of the player.
-void UdpOscServer::obey(const OscMessage& message, const Sender& from) {
+void UdpOscServer::take(OscMessage message, std::chrono::nanoseconds now, const Sender& from) {
   try {
     const std::optional<std::string_view> word = osc_word(message.address, token_);
     if (!word) {
       ++report_.denied;
       return note_refusal("expected /cupola/TOKEN/COMMAND with the token", from);
     }
-    if (*word == "status") {
-      ++report_.taken;
-      return answer("/cupola/status", from);
-    }
-    const ShowFacts facts = this->facts();
-    const std::optional<PlayerCommand> command = parse_osc_command(*word, message.values, facts.cues);
-    if (!command) {
-      ++report_.released;
-    } else if (link_.commands.push(*command)) {
-      ++report_.taken;
-      note(*command, facts, from);
+    const std::chrono::nanoseconds due = moments_.due(message.time);
+    Order order{std::string(*word), std::move(message.values), from, due - now};
+    if (due <= now) return obey(order);
+    if (*word == kOscStatus) {
+      order.values.clear();  // any number of them
     } else {
-      ++report_.crowded;
-      note_refusal("too many commands at once", from);
+      parse_osc_command(*word, order.values, facts().cues);  // what is wrong is wrong at once
     }
+    later_.add(due, std::move(order));
   } catch (const InputError& wrong) {  // the packet's other messages count
     ++report_.refused;
     note_refusal(wrong.what(), from);
+  }
+}
+
+void UdpOscServer::obey_those_due() {
+  const std::chrono::nanoseconds now = clock_.now();
+  while (const std::optional<Order> order = later_.take(now)) {
+    try {
+      obey(*order);
+    } catch (const std::exception& wrong) {  // another show was read meanwhile
+      ++report_.refused;
+      note_refusal(wrong.what(), order->from);
+    }
+  }
+}
+
+void UdpOscServer::obey(const Order& order) {
+  if (order.word == kOscStatus) {
+    ++report_.taken;
+    return answer("/cupola/status", order.from);
+  }
+  const ShowFacts facts = this->facts();
+  const std::optional<PlayerCommand> command = parse_osc_command(order.word, order.values, facts.cues);
+  if (!command) {
+    ++report_.released;
+  } else if (link_.commands.push(*command)) {
+    ++report_.taken;
+    note(*command, facts, order);
+  } else {
+    ++report_.crowded;
+    note_refusal("too many commands at once", order.from);
   }
 }
 
@@ -213,11 +272,15 @@ void UdpOscServer::answer(const std::string& address, const Sender& to) const {
          reinterpret_cast<const sockaddr*>(&to.address), to.length);
 }
 
-void UdpOscServer::note(const PlayerCommand& command, const ShowFacts& facts, const Sender& from) {
+void UdpOscServer::note(const PlayerCommand& command, const ShowFacts& facts, const Order& order) {
   const std::chrono::nanoseconds now = clock_.now();
   if (noted_ && noted_->first == command.action && now - noted_->second < kSameApart) return;
   noted_ = {command.action, now};
-  link_.log.info(Topic::kControl, fmt::format("{}: osc: {}", from.text(), describe(command, facts.cues)));
+  const std::chrono::duration<double> ahead = order.ahead;
+  link_.log.info(
+      Topic::kControl,
+      fmt::format("{}: osc: {}{}", order.from.text(), describe(command, facts.cues),
+                  ahead.count() > 0.0 ? fmt::format(", sent {:.3f} seconds ahead", ahead.count()) : ""));
 }
 
 void UdpOscServer::note_refusal(std::string_view why, const Sender& from) {
@@ -234,14 +297,16 @@ void UdpOscServer::note_refusal(std::string_view why, const Sender& from) {
 }  // namespace
 
 std::unique_ptr<OscServer> start_osc_server(const ControlAddress& address, std::string token, ShowFacts facts,
-                                            ControlLink& link, Clock& clock) {
+                                            ControlLink& link, Clock& clock,
+                                            std::function<WallTime()> time_of_day) {
   if (!address.loopback && token.empty()) {
     throw InputError(fmt::format(
         "control: osc {}: expected a token for an address that others can reach; --token-file FILE or "
         "control.token_file names one",
         describe(address)));
   }
-  return std::make_unique<UdpOscServer>(address, std::move(token), std::move(facts), link, clock);
+  return std::make_unique<UdpOscServer>(address, std::move(token), std::move(facts), link, clock,
+                                        std::move(time_of_day));
 }
 
 }  // namespace cupola

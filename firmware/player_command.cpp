@@ -41,6 +41,11 @@ constexpr std::array<Word, 14> kWords = {
      {"test-pattern", PlayerAction::kTestPatternNext, CommandArgument::kText},
      {"screenshot", PlayerAction::kScreenshot, CommandArgument::kNone},
      {"reload", PlayerAction::kReload, CommandArgument::kNone}}};
+constexpr auto kWordsAlone = [] {
+  std::array<std::string_view, kWords.size()> words;
+  for (std::size_t i = 0; i < words.size(); ++i) words[i] = kWords[i].word;
+  return words;
+}();
 constexpr std::array<std::string_view, 10> kPatterns = {
     "grid",    "alignment",    "focus",           "bars",      "white", "grey",
     "checker", "fine-checker", "rotated-checker", "zone-plate"};
@@ -55,13 +60,12 @@ std::optional<Number> number_of(std::string_view text) {
 }
 
 const Word& known_word(std::string_view word) {
-  std::vector<std::string_view> words;
   for (const Word& known : kWords) {
     if (known.word == word) return known;
-    words.push_back(known.word);
   }
-  const std::string_view nearest = nearest_name(word, words);
-  throw InputError(fmt::format("\"{}\": no such command; expected one of {}{}", word, fmt::join(words, ", "),
+  const std::string_view nearest = nearest_name(word, kWordsAlone);
+  throw InputError(fmt::format("\"{}\": no such command; expected one of {}{}", word,
+                               fmt::join(kWordsAlone, ", "),
                                nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest)));
 }
 
@@ -149,6 +153,10 @@ void parse_volume(std::string_view argument, PlayerCommand& command) {
 
 std::span<const std::string_view> test_patterns() {
   return kPatterns;
+}
+
+std::span<const std::string_view> command_words() {
+  return kWordsAlone;
 }
 
 CommandArgument argument_of(std::string_view word) {

@@ -55,6 +55,9 @@ std::span<const std::string_view> test_patterns();
 PlayerCommand parse_command(std::string_view word, std::string_view argument,
                             std::span<const std::string> cues);
 
+// All words that parse_command() takes.
+std::span<const std::string_view> command_words();
+
 // What a command's argument is, for those who send numbers and switches in place of text.
 enum class CommandArgument : std::uint8_t { kNone, kSwitch, kWhole, kText };
 // Throws InputError for a word that is no command.

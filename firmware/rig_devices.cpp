@@ -6,15 +6,18 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <string_view>
 
+#include "pipeline/frame/error.h"
 #include "pipeline/settings/settings.h"
 
 namespace cupola {
 namespace {
 
+constexpr std::size_t kMostCues = 9999;  // that a button can name
 constexpr std::array<std::string_view, 2> kSlowly = {"off", "slow"};
 constexpr std::array<std::string_view, 2> kScanouts = {"XRGB8888", "NV12"};
 
@@ -37,20 +40,47 @@ GpioLine read_line(SettingsTable& table) {
   return line;
 }
 
+// A rig's buttons serve many shows, whose cues have other names.
+PlayerCommand parse_cue_number(const std::string& text) {
+  std::size_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size() || number < 1 || number > kMostCues) {
+    throw InputError(
+        fmt::format("cue: expected the number of a cue, from 1 to {}, not \"{}\"", kMostCues, text));
+  }
+  return {.action = PlayerAction::kCue, .cue = number - 1};
+}
+
+std::optional<PlayerCommand> read_press(SettingsTable& table) {
+  const std::string word(command_words()[table.choice("does", command_words())]);
+  const bool given = table.has("argument");
+  const std::string argument = table.text("argument", "");
+  if (table.refused("does") || table.refused("argument")) return std::nullopt;
+  if (word == "blackout") {  // the line's level, no command
+    if (given) table.refuse("argument", "expected none: the picture is black while the line is active");
+    return std::nullopt;
+  }
+  try {
+    return word == "cue" ? parse_cue_number(argument) : parse_command(word, argument, {});
+  } catch (const InputError& error) {
+    table.refuse("argument", given ? error.what() : fmt::format("missing; {}", error.what()));
+    return std::nullopt;
+  }
+}
+
 PanelInput read_input(SettingsTable& table) {
-  constexpr std::array<std::string_view, 5> kDoes = {"play-pause", "go", "next", "previous", "blackout"};
   constexpr std::array<std::string_view, 4> kBias = {"as-is", "none", "pull-up", "pull-down"};
   PanelInput input;
   input.line = read_line(table);
-  input.does = static_cast<InputDoes>(table.choice("does", kDoes));
+  input.press = read_press(table);
   input.line.bias = static_cast<GpioBias>(table.choice("bias", kBias, 0));
   const double debounce_ms = table.number("debounce_ms", 0.0, 1000.0, 5.0);
   input.line.debounce = std::chrono::microseconds(std::llround(1000.0 * debounce_ms));
-  if (input.does == InputDoes::kBlackout) {
+  if (input.press) {
+    input.line.edges = GpioEdges::kToActive;
+  } else {
     // Dark at the first sign: a spike costs a dark frame, waiting for the contacts would cost a bright one.
     input.line.debounce_kind = GpioDebounce::kAtOnce;
-  } else {
-    input.line.edges = GpioEdges::kToActive;
   }
   table.finish();
   return input;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/player_command.h"
 #include "firmware/rig_cameras.h"
 #include "hal/display/kms_mode.h"
 #include "hal/gpio/gpio.h"
@@ -17,11 +18,10 @@
 
 namespace cupola {
 
-enum class InputDoes : std::uint8_t { kPlayPause, kGo, kNext, kPrevious, kBlackout };
 enum class OutputIs : std::uint8_t { kLamp, kShutter, kCameraTrigger, kTally };
 
 struct PanelInput {
-  InputDoes does = InputDoes::kPlayPause;
+  std::optional<PlayerCommand> press;  // none: a blackout, for as long as the line is active
   GpioLine line;
 };
 

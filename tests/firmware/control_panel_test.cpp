@@ -60,14 +60,14 @@ class Screen final : public Display {
   std::vector<Flip> flips_;
 };
 
-PanelInput input(const char* name, InputDoes does) {
-  PanelInput input{does, {}};
+PanelInput input(const char* name, std::optional<PlayerCommand> press) {
+  PanelInput input{press, {}};
   input.line.name = name;
   input.line.debounce = 5ms;
-  if (does == InputDoes::kBlackout) {
-    input.line.debounce_kind = GpioDebounce::kAtOnce;
-  } else {
+  if (press) {
     input.line.edges = GpioEdges::kToActive;
+  } else {
+    input.line.debounce_kind = GpioDebounce::kAtOnce;
   }
   return input;
 }
@@ -80,8 +80,12 @@ PanelOutput output(const char* name, OutputIs is) {
 }
 
 const GpioSettings kSettings = {
-    {input("play", InputDoes::kPlayPause), input("next", InputDoes::kNext),
-     input("dark", InputDoes::kBlackout), input("go", InputDoes::kGo), input("back", InputDoes::kPrevious)},
+    {input("play", PlayerCommand{PlayerAction::kPlayPause}),
+     input("next", PlayerCommand{PlayerAction::kNext}), input("dark", std::nullopt),
+     input("go", PlayerCommand{PlayerAction::kGo}), input("back", PlayerCommand{PlayerAction::kPrevious}),
+     input("fade", parse_command("fade", "0.5", {})), input("less", parse_command("volume", "-5", {})),
+     input("third", PlayerCommand{.action = PlayerAction::kCue, .cue = 2}),
+     input("ninth", PlayerCommand{.action = PlayerAction::kCue, .cue = 8})},
     {output("lamp", OutputIs::kLamp), output("shutter", OutputIs::kShutter),
      output("trigger", OutputIs::kCameraTrigger), output("tally", OutputIs::kTally)}};
 
@@ -123,7 +127,9 @@ class ControlPanelTest : public testing::Test {
   WorkerPool pool_{2};
   FakeClock clock_;
   FakeGpio gpio_{clock_,
-                 {{"panel", {"play", "next", "dark", "go", "back", "lamp", "shutter", "trigger", "tally"}}}};
+                 {{"panel",
+                   {"play", "next", "dark", "go", "back", "fade", "less", "third", "ninth", "lamp", "shutter",
+                    "trigger", "tally"}}}};
   Screen screen_{clock_};
   EventLog log_;
   Show show_;
@@ -231,6 +237,53 @@ TEST_F(ControlPanelTest, GoEndsAPauseAndPreviousBeginsTheCueBeforeAgain) {
   ASSERT_EQ(screen_.flips().size(), 381U);
   for (std::size_t i = 0; i < 381; ++i) {
     ASSERT_EQ(screen_.flips()[i].hash, expected[i < 41 ? i : i < 61 ? 40 : i < 81 ? i - 20 : i - 81]) << i;
+  }
+}
+
+TEST_F(ControlPanelTest, FadeGoesToBlackAndBackWithTheNextPress) {
+  gpio_.bounce("fade", true, 503ms, 3, 1ms);  // certain at 508 ms or so: dark from 520 ms to 1020 ms
+  gpio_.pull("fade", false, 600ms);
+  gpio_.pull("fade", true, 1503ms);
+  EXPECT_EQ(play(), LoopEnd::kOver);
+  const std::vector<std::uint64_t> expected = undisturbed();
+  ASSERT_EQ(screen_.flips().size(), expected.size()) << "the show's time goes on";
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    const Screen::Flip& flip = screen_.flips()[i];
+    const bool whole = flip.at <= 520ms || flip.at >= 2040ms;
+    const bool changing = (flip.at >= 550ms && flip.at <= 980ms) || (flip.at >= 1570ms && flip.at <= 1980ms);
+    const bool dark = flip.at >= 1040ms && flip.at <= 1510ms;
+    const bool other = flip.hash != expected[i];
+    ASSERT_TRUE(!whole || !other) << i;
+    ASSERT_TRUE(!changing || (other && !flip.black)) << i;
+    ASSERT_TRUE(!dark || flip.black) << i;
+  }
+  EXPECT_EQ(loop_->counts().heap_allocations, 0);
+}
+
+TEST_F(ControlPanelTest, AButtonOfACueBeginsItWhereTheShowHasIt) {
+  gpio_.pull("ninth", true, 203ms);  // three cues
+  gpio_.pull("third", true, 403ms);
+  EXPECT_EQ(play(), LoopEnd::kOver);
+  const std::vector<std::uint64_t> expected = undisturbed();
+  ASSERT_EQ(screen_.flips().size(), 141U);
+  for (std::size_t i = 0; i < 141; ++i) {
+    ASSERT_EQ(screen_.flips()[i].hash, expected[i < 41 ? i : 159 + i]) << i;
+  }
+}
+
+TEST_F(ControlPanelTest, EveryPressIsItsCommandOnce) {
+  ControlPanel panel(kSettings, gpio_, clock_, log_);
+  CommandQueue commands;
+  for (const PanelInput& each : kSettings.inputs) {
+    if (!each.press) continue;
+    gpio_.pull(each.line.name, true, clock_.now() + 1ms);
+    gpio_.pull(each.line.name, false, clock_.now() + 20ms);
+    for (int frame = 0; frame < 5; ++frame) {
+      clock_.advance(10ms);
+      EXPECT_FALSE(panel.poll(commands));
+    }
+    EXPECT_EQ(commands.take(), each.press) << each.line.name;
+    EXPECT_EQ(commands.take(), std::nullopt) << each.line.name;
   }
 }
 

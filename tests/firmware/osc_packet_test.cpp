@@ -67,19 +67,55 @@ TEST(OscPacket, MayLackTypesWhereItHasNoValues) {
   EXPECT_TRUE(messages[0].values.empty());
 }
 
-TEST(OscPacket, HasTheMessagesOfItsBundlesInTheirOrder) {
-  lo_bundle inner = lo_bundle_new(lo_timetag{0, 1});
+// A bundle of "/a", of a bundle of "/b", and of "/c".
+std::string nested(lo_timetag outside, lo_timetag inside) {
+  lo_bundle inner = lo_bundle_new(inside);
   lo_bundle_add_message(inner, "/b", lo_message_new());
-  lo_bundle outer = lo_bundle_new(lo_timetag{0, 1});
+  lo_bundle outer = lo_bundle_new(outside);
   lo_bundle_add_message(outer, "/a", lo_message_new());
   lo_bundle_add_bundle(outer, inner);
   lo_bundle_add_message(outer, "/c", lo_message_new());
   std::size_t size = 0;
   void* const bytes = lo_bundle_serialise(outer, nullptr, &size);
   lo_bundle_free_recursive(outer);
+  return taken(bytes, size);
+}
+
+std::vector<OscTime> times(const std::string& packet) {
+  std::vector<OscTime> times;
+  for (const OscMessage& one : read(packet)) times.push_back(one.time);
+  return times;
+}
+
+TEST(OscPacket, HasTheMessagesOfItsBundlesInTheirOrder) {
   std::string order;
-  for (const OscMessage& one : read(taken(bytes, size))) order += one.address;
+  for (const OscMessage& one : read(nested(lo_timetag{0, 1}, lo_timetag{0, 1}))) order += one.address;
   EXPECT_EQ(order, "/a/b/c");
+}
+
+TEST(OscPacket, HasItsBundlesTimes) {
+  const OscTime early = OscTime{0xee00'0000} << 32U | 0x8000'0001U;
+  const OscTime late = early + 1;
+  const lo_timetag now = {0, 1};
+  const lo_timetag none = {0, 0};
+  const lo_timetag first = {0xee00'0000, 0x8000'0001};
+  const lo_timetag second = {0xee00'0000, 0x8000'0002};
+  EXPECT_EQ(times(message("/a", lo_message_new())), std::vector<OscTime>{kOscAtOnce});
+  EXPECT_EQ(times(nested(first, second)), (std::vector<OscTime>{early, late, early}));
+  EXPECT_EQ(times(nested(first, first)), (std::vector<OscTime>{early, early, early}));
+  EXPECT_EQ(times(nested(now, first)), (std::vector<OscTime>{kOscAtOnce, early, kOscAtOnce}));
+  EXPECT_EQ(times(nested(first, now)), (std::vector<OscTime>{early, early, early}));
+  EXPECT_EQ(times(nested(none, none)), (std::vector<OscTime>{kOscAtOnce, kOscAtOnce, kOscAtOnce}));
+}
+
+TEST(OscPacket, HasNoBundleThatCountsBeforeTheOneAroundIt) {
+  const lo_timetag first = {0xee00'0000, 0x8000'0001};
+  const lo_timetag second = {0xee00'0000, 0x8000'0002};
+  EXPECT_THAT(refusal_of(nested(second, first)), HasSubstr("to count before the one around it"));
+  const lo_timetag before_2036 = {0xffff'ffff, 0};
+  const lo_timetag after_2036 = {0, 2};
+  EXPECT_EQ(refusal_of(nested(before_2036, after_2036)), "read");
+  EXPECT_THAT(refusal_of(nested(after_2036, before_2036)), HasSubstr("to count before the one around it"));
 }
 
 TEST(OscPacket, IsRefusedWholeWhereItIsIllFormed) {

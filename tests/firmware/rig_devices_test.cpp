@@ -60,7 +60,7 @@ active_low = true
 TEST_F(RigDevicesTest, ReadsButtonsAndLamps) {
   const GpioSettings gpio = load(kPanel).gpio;
   ASSERT_EQ(gpio.inputs.size(), 2U);
-  EXPECT_EQ(gpio.inputs[0].does, InputDoes::kPlayPause);
+  EXPECT_EQ(gpio.inputs[0].press, PlayerCommand{PlayerAction::kPlayPause});
   const GpioLine& play = gpio.inputs[0].line;
   EXPECT_EQ(play.name, "button-play");
   EXPECT_EQ(play.chip, "");
@@ -71,7 +71,7 @@ TEST_F(RigDevicesTest, ReadsButtonsAndLamps) {
   EXPECT_EQ(play.debounce, 12500us);
   EXPECT_EQ(play.debounce_kind, GpioDebounce::kSettled);
   EXPECT_EQ(play.edges, GpioEdges::kToActive);
-  EXPECT_EQ(gpio.inputs[1].does, InputDoes::kBlackout);
+  EXPECT_EQ(gpio.inputs[1].press, std::nullopt);
   const GpioLine& blackout = gpio.inputs[1].line;
   EXPECT_EQ(blackout.chip, "soc");
   EXPECT_EQ(blackout.offset, 7);
@@ -86,6 +86,41 @@ TEST_F(RigDevicesTest, ReadsButtonsAndLamps) {
   EXPECT_FALSE(gpio.outputs[0].line.active_low);
   EXPECT_EQ(gpio.outputs[1].is, OutputIs::kCameraTrigger);
   EXPECT_TRUE(gpio.outputs[1].line.active_low);
+}
+
+TEST_F(RigDevicesTest, ReadsEveryCommandAsAButtonsWithItsArgument) {
+  const auto press = [&](const std::string& does) {
+    return load("[[gpio.input]]\nname = \"a\"\ndoes = " + does + "\n").gpio.inputs.at(0).press;
+  };
+  for (const char* word : {"play", "pause", "play-pause", "go", "next", "previous", "fade", "test-pattern",
+                           "screenshot", "reload"}) {
+    EXPECT_EQ(press('"' + std::string(word) + '"'), parse_command(word, "", {})) << word;
+  }
+  EXPECT_EQ(press("\"fade\""), (PlayerCommand{PlayerAction::kFade, 2s}));
+  EXPECT_EQ(press("\"fade\"\nargument = \"out 3.5\""), (PlayerCommand{PlayerAction::kFadeOut, 3500ms}));
+  EXPECT_EQ(press("\"seek\"\nargument = \"0\""), (PlayerCommand{PlayerAction::kSeek, 0s}));
+  EXPECT_EQ(press("\"volume\"\nargument = \"+5\""),
+            (PlayerCommand{.action = PlayerAction::kVolumeBy, .volume = 5}));
+  EXPECT_EQ(press("\"test-pattern\"\nargument = \"grid\""), parse_command("test-pattern", "grid", {}));
+  EXPECT_EQ(press("\"cue\"\nargument = \"3\""), (PlayerCommand{.action = PlayerAction::kCue, .cue = 2}));
+}
+
+TEST_F(RigDevicesTest, RefusesArgumentsThatACommandDoesNotTake) {
+  const std::string input = "[[gpio.input]]\nname = \"a\"\n";
+  expect_refused(input + "does = \"fade\"\nargument = \"slowly\"\n",
+                 "4: gpio.input.0.argument: fade: expected seconds from 0 to 3600");
+  expect_refused(input + "does = \"fade\"\nargument = 2\n",
+                 "4: gpio.input.0.argument: expected a text in quotes, not 2");
+  expect_refused(input + "does = \"go\"\nargument = \"now\"\n",
+                 "4: gpio.input.0.argument: go: expected nothing after it, not \"now\"");
+  expect_refused(input + "does = \"volume\"\n",
+                 "1: gpio.input.0.argument: missing; volume: expected percent from 0 to 100");
+  expect_refused(input + "does = \"blackout\"\nargument = \"on\"\n",
+                 "4: gpio.input.0.argument: expected none: the picture is black while the line is active");
+  for (const char* cue : {"opening", "0", "10000", "-1", "1.5", "", "1 ", "18446744073709551617"}) {
+    expect_refused(input + "does = \"cue\"\nargument = \"" + cue + "\"\n",
+                   "4: gpio.input.0.argument: cue: expected the number of a cue, from 1 to 9999");
+  }
 }
 
 TEST_F(RigDevicesTest, ReadsLockedColoursAndWhetherTheyAreMatched) {
@@ -156,8 +191,9 @@ TEST_F(RigDevicesTest, RefusesWhatItDoesNotKnow) {
   const std::string input = "[[gpio.input]]\n";
   const std::string output = "[[gpio.output]]\n";
   expect_refused(input + "name = \"a\"\ndoes = \"blakout\"\n",
-                 "3: gpio.input.0.does: expected play-pause, go, next, previous or");
-  expect_refused(input + "name = \"a\"\n", "1: gpio.input.0.does: missing; expected play-pause");
+                 "3: gpio.input.0.does: expected play, pause, play-pause, go, next, previous, seek, cue, "
+                 "blackout, fade,");
+  expect_refused(input + "name = \"a\"\n", "1: gpio.input.0.does: missing; expected play, pause");
   expect_refused(input + "does = \"next\"\n", "1: gpio.input.0.name: missing");
   expect_refused(input + "name = \"\"\ndoes = \"next\"\n",
                  "2: gpio.input.0.name: expected the name of a line");

@@ -87,6 +87,8 @@ int main(int count, char** words) {
   const std::string all = "/any\0\0\0\0,ihdTFIS\0\0\0\0\0\0\0\7\0\0\0\0\0\0\0\7?\xf8\0\0\0\0\0\0s\0\0\0"s;
   write_text(osc / "fade", fade);
   write_text(osc / "all", all);
+  write_text(osc / "pattern", "/c[!b-t]p*/{pause,play-}?[a]us*\0,\0\0\0"s);
+  write_text(osc / "token", "/*/the-token/{go}\0\0\0,\0\0\0"s);
   write_text(osc / "bundle", "#bundle\0\0\0\0\0\0\0\0\1\0\0\0\x1c"s + fade + "\0\0\0\x2c"s + all);
   const std::filesystem::path tables = std::filesystem::path(words[1]) / "table";
   std::filesystem::create_directories(tables);

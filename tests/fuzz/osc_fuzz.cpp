@@ -1,4 +1,4 @@
-// Fuzzes OSC packets: any bytes are messages, whose commands are what a text would ask for, or an InputError.
+// Fuzzes OSC packets: any bytes ask for what a text would, or are an InputError; none guesses a token.
 // SPDX-License-Identifier: MIT
 #include <cstddef>
 #include <cstdint>
@@ -19,6 +19,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       if (read.size() != 1 || read[0].address != message.address ||
           read[0].values.size() != message.values.size()) {
         std::abort();
+      }
+      try {
+        if (osc_word(message.address, "the-token") &&
+            message.address.find("/the-token/") == std::string::npos)
+          std::abort();
+      } catch (const InputError&) {
       }
       try {
         const auto word = osc_word(message.address, "");
