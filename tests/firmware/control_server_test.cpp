@@ -281,7 +281,7 @@ TEST(ControlServer, HasMetricsForPrometheus) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
     EXPECT_TRUE(line.starts_with("# HELP cupola_") || line.starts_with("# TYPE cupola_") ||
-                std::regex_match(line, std::regex(R"(cupola_[a-z_]+(\{[a-z]+="[^"]*"\})? -?[0-9.e+-]+)")))
+                std::regex_match(line, std::regex(R"(cupola_[a-z0-9_]+(\{[a-z]+="[^"]*"\})? -?[0-9.e+-]+)")))
         << line;
   }
 }
