@@ -16,9 +16,9 @@ namespace {
 constexpr double kFadeFrom = 7.6;  // texels, the larger side of a pixel's box
 // Estimates of single texels use windows of up to 8 x 8, which may lie wholly on one side of them.
 constexpr double kMostEstimateExtent = 5.6;
-// Weights below this share of the heaviest are left out: a tenth of a rounding step of the table. But not where
-// they are more together than a window could have of them: a texel of a plane may be a whole stripe of another
-// view.
+// Weights below this share of the heaviest are left out: a tenth of a rounding step of the table. But not
+// where they are more together than a window could have of them: a texel of a plane may be a whole stripe of
+// another view.
 constexpr double kFaintestShare = 3e-5;
 constexpr double kMostLeftOut = LeastSquares::kMostTexels * kFaintestShare;
 

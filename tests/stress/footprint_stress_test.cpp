@@ -284,8 +284,8 @@ class RigCheck {
   Tally tally_;
 };
 
-// Of this rig: one texel of the home view's plane is a stripe of some 600 texels of another view, each of them
-// faint, all together more than a hundredth of the pixel.
+// Of this rig: one texel of the home view's plane is a stripe of some 600 texels of another view, each of
+// them faint, all together more than a hundredth of the pixel.
 TEST(FootprintStress, FaintTexelsAreLeftOutOnlyWhereTheyAreFew) {
   const test::NoiseFaces noise(1);
   RigCheck check(350, noise);
