@@ -1,4 +1,4 @@
-// Pictures of 8 bits a sample as cameras, decoders and encoders have them.
+// Pictures as cameras, decoders and encoders have them: of 8 bits a sample, or of 10.
 // SPDX-License-Identifier: MIT
 #pragma once
 
@@ -15,6 +15,7 @@ namespace cupola {
 // JPEG. With an odd number of texels the last sample stands for one that is there and one that is not.
 enum class NativeLayout : std::uint8_t {
   kNv12,    // 4:2:0: a plane of Y, a plane of bytes U V U V ...
+  kP010,    // the same in little-endian words, whose upper 10 bits are the sample
   kI420,    // 4:2:0: planes of Y, U and V; U and V have the same stride
   kI422,    // 4:2:2: the same planes
   kYuyv,    // 4:2:2: one plane, bytes Y0 U Y1 V
@@ -33,10 +34,19 @@ constexpr bool is_packed(NativeLayout layout) {
   return layout == NativeLayout::kYuyv || layout == NativeLayout::kUyvy;
 }
 
+constexpr int sample_bytes(NativeLayout layout) {
+  return layout == NativeLayout::kP010 ? 2 : 1;
+}
+
 // Bytes from a texel of luma, or of RGB, to the next.
 constexpr int texel_step(NativeLayout layout) {
   if (is_rgb(layout)) return layout == NativeLayout::kXrgb32 ? 4 : 3;
-  return is_packed(layout) ? 2 : 1;
+  return is_packed(layout) ? 2 : sample_bytes(layout);
+}
+
+// U and V by turns in a plane of their own.
+constexpr bool is_half_planar(NativeLayout layout) {
+  return layout == NativeLayout::kNv12 || layout == NativeLayout::kP010;
 }
 
 // 4:2:2, not 4:2:0.
@@ -50,7 +60,7 @@ constexpr Size chroma_size(NativeLayout layout, Size size) {
 }
 
 constexpr std::size_t plane_count(NativeLayout layout) {
-  return is_packed(layout) || is_rgb(layout) ? 1 : layout == NativeLayout::kNv12 ? 2 : 3;
+  return is_packed(layout) || is_rgb(layout) ? 1 : is_half_planar(layout) ? 2 : 3;
 }
 
 // Bytes of a row of plane `p`, and rows: as width and height.
@@ -58,8 +68,8 @@ constexpr Size plane_bytes(NativeLayout layout, Size size, std::size_t p) {
   if (is_rgb(layout)) return {texel_step(layout) * size.width, size.height};
   const Size chroma = chroma_size(layout, size);
   if (is_packed(layout)) return {4 * chroma.width, size.height};
-  if (p == 0) return size;
-  return {layout == NativeLayout::kNv12 ? 2 * chroma.width : chroma.width, chroma.height};
+  if (p == 0) return {texel_step(layout) * size.width, size.height};
+  return {is_half_planar(layout) ? 2 * sample_bytes(layout) * chroma.width : chroma.width, chroma.height};
 }
 
 // A picture somewhere in memory, borrowed: valid as long as whoever owns the memory says.
@@ -105,12 +115,15 @@ BasicNativeImage<Byte> whole_of(const BasicNativeImage<Byte>& part, int x, int y
 }
 
 // Where sample (x, y) of channel 0 to 2 lies: Y, U and V, or R, G and B; U and V in their own size's
-// coordinates.
+// coordinates. Of two bytes the upper one, which is the sample in 8 bits.
 template <class Byte>
 Byte* sample_at(const BasicNativeImage<Byte>& image, int channel, int x, int y) {
   switch (image.layout) {
     case NativeLayout::kNv12:
       return channel == 0 ? image.planes[0].row(y) + x : image.planes[1].row(y) + 2 * x + channel - 1;
+    case NativeLayout::kP010:
+      return channel == 0 ? image.planes[0].row(y) + 2 * x + 1
+                          : image.planes[1].row(y) + 4 * x + 2 * channel - 1;
     case NativeLayout::kI420:
     case NativeLayout::kI422:
       return image.planes[static_cast<std::size_t>(channel)].row(y) + x;

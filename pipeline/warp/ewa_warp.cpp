@@ -48,6 +48,7 @@ class SmallViews {
 ViewTexels mirrored(const Image& face, const Reflection::Partner& partner) {
   ViewTexels texels;
   const std::ptrdiff_t step = sample_bytes(face.format);
+  texels.step = step;
   texels.across = partner.flip_u ? -step : step;
   texels.flip = partner.flip_u ? 0x07070707 : 0;
   const int x = partner.flip_u ? face.size.width - kWindowSide : 0;

@@ -20,10 +20,14 @@ namespace cupola {
 inline constexpr std::uint32_t kDitherX = 3242174889;  // 2^32 / g
 inline constexpr std::uint32_t kDitherY = 2447445414;  // 2^32 / g^2
 
-constexpr unsigned dither_threshold(int x, int y) {
+// The triangle, 0 to 2^31 - 1.
+constexpr std::uint32_t dither_triangle(int x, int y) {
   const std::uint32_t t = static_cast<std::uint32_t>(x) * kDitherX + static_cast<std::uint32_t>(y) * kDitherY;
-  const std::uint32_t folded = t >> 31 != 0 ? ~t : t;
-  return (folded >> 15) * 257 >> 16;
+  return t >> 31 != 0 ? ~t : t;
+}
+
+constexpr unsigned dither_threshold(int x, int y) {
+  return (dither_triangle(x, y) >> 15) * 257 >> 16;
 }
 
 constexpr std::uint8_t narrowed(unsigned sample, unsigned threshold) {

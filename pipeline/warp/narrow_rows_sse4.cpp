@@ -1,5 +1,6 @@
 // 16 bits to 8 with SSE4.1, four pixels at a time.
 // SPDX-License-Identifier: MIT
+#include "pipeline/warp/dither_sse4.h"
 #include "pipeline/warp/narrow_rows.h"
 #include "pipeline/warp/sse4.h"
 
@@ -32,16 +33,10 @@ void narrow_dithered_sse4(const Rgb16* from, int count, int x, int y, Xrgb* to) 
   // A pixel's threshold to all its samples.
   const __m128i first_two = _mm_setr_epi8(0, 1, 0, 1, 0, 1, 0, 1, 4, 5, 4, 5, 4, 5, 4, 5);
   const __m128i last_two = _mm_add_epi8(first_two, _mm_set1_epi8(8));
-  const auto at = [&](int pixel) {
-    return static_cast<int>(static_cast<std::uint32_t>(x + pixel) * kDitherX +
-                            static_cast<std::uint32_t>(y) * kDitherY);
-  };
-  __m128i t = _mm_setr_epi32(at(0), at(1), at(2), at(3));
-  const __m128i four_on = _mm_set1_epi32(static_cast<int>(4 * kDitherX));
+  DitherOfFour dither(x, y);
   int i = 0;
-  for (; i + 4 <= count; i += 4, t = _mm_add_epi32(t, four_on)) {
-    const __m128i folded = _mm_xor_si128(t, _mm_srai_epi32(t, 31));
-    const __m128i threshold = _mm_mulhi_epu16(_mm_srli_epi32(folded, 15), _mm_set1_epi16(257));
+  for (; i + 4 <= count; i += 4) {
+    const __m128i threshold = _mm_mulhi_epu16(_mm_srli_epi32(dither.next(), 15), _mm_set1_epi16(257));
     put(two_narrowed(from + i, _mm_shuffle_epi8(threshold, first_two)),
         two_narrowed(from + i + 2, _mm_shuffle_epi8(threshold, last_two)), to + i);
   }

@@ -19,6 +19,14 @@ TileKernel<Chroma> chroma_kernel(Cpu cpu, int step) {
   return step == 1 ? run_chroma1_sse4 : step == 2 ? run_chroma2_sse4 : run_chroma4_sse4;
 }
 
+TileKernel<Luma> wide_luma_kernel(Cpu cpu) {
+  return cpu == Cpu::kNeon ? run_wide_luma_sse4 : run_wide_luma_scalar;
+}
+
+TileKernel<Chroma> wide_chroma_kernel(Cpu cpu) {
+  return cpu == Cpu::kNeon ? run_wide_chroma_sse4 : run_wide_chroma_scalar;
+}
+
 const YuvRows& yuv_rows(Cpu cpu) {
   return cpu == Cpu::kNeon ? kYuvRowsSse4 : kYuvRowsScalar;
 }

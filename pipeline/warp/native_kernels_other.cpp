@@ -16,6 +16,14 @@ TileKernel<Chroma> chroma_kernel(Cpu, int) {
   return run_chroma_scalar;
 }
 
+TileKernel<Luma> wide_luma_kernel(Cpu) {
+  return run_wide_luma_scalar;
+}
+
+TileKernel<Chroma> wide_chroma_kernel(Cpu) {
+  return run_wide_chroma_scalar;
+}
+
 const YuvRows& yuv_rows(Cpu) {
   return kYuvRowsScalar;
 }

@@ -43,6 +43,17 @@ TileKernel<Chroma> chroma_kernel(Cpu cpu, int step) {
   }
 }
 
+// With AVX-512 too: what three channels of 16 bits gain by it, one and two hardly would.
+TileKernel<Luma> wide_luma_kernel(Cpu cpu) {
+  if (cpu == Cpu::kScalar) return run_wide_luma_scalar;
+  return cpu == Cpu::kSse4 ? run_wide_luma_sse4 : run_wide_luma_avx2;
+}
+
+TileKernel<Chroma> wide_chroma_kernel(Cpu cpu) {
+  if (cpu == Cpu::kScalar) return run_wide_chroma_scalar;
+  return cpu == Cpu::kSse4 ? run_wide_chroma_sse4 : run_wide_chroma_avx2;
+}
+
 const YuvRows& yuv_rows(Cpu cpu) {
   switch (cpu) {
     case Cpu::kSse4:

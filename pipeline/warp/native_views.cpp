@@ -43,6 +43,9 @@ ViewTexels chroma_view(const NativeImage& face, const Reflection::Partner& partn
     case NativeLayout::kNv12:
       texels.channel = {0, 1, 0};
       break;
+    case NativeLayout::kP010:
+      texels.channel = {0, 2, 0};
+      break;
     case NativeLayout::kI420:
     case NativeLayout::kI422:
       assert(face.planes[1].stride == face.planes[2].stride);

@@ -13,7 +13,7 @@ namespace cupola {
 
 // Bytes from a texel of chroma to the next.
 constexpr int chroma_step(NativeLayout layout) {
-  return is_packed(layout) ? 4 : layout == NativeLayout::kNv12 ? 2 : 1;
+  return is_packed(layout) ? 4 : is_half_planar(layout) ? 2 * sample_bytes(layout) : 1;
 }
 
 class NativeViews {

@@ -21,6 +21,11 @@ struct TwoRows {
 template <class Lanes, class Pixel, int kStep>
 struct PairedTexels;
 
+// Of 8 texels of four bytes: all first bytes and all second ones; all third and all fourth ones.
+struct BytesOfFour {
+  __m128i first_two, last_two;
+};
+
 template <class Lanes>
 struct PairedRows {
   CUPOLA_INLINE static __m128i load(const std::uint8_t* bytes) {
@@ -36,6 +41,12 @@ struct PairedRows {
   // Low and high bytes of two rows of 8 words.
   CUPOLA_INLINE static TwoRows<2> apart(__m128i upper, __m128i lower) {
     return {{_mm_packus_epi16(low(upper), low(lower)), _mm_packus_epi16(high(upper), high(lower))}};
+  }
+  CUPOLA_INLINE static BytesOfFour bytes_of_four(const std::uint8_t* row) {
+    const __m128i by_byte = _mm_setr_epi8(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15);
+    const __m128i left = _mm_shuffle_epi8(load(row), by_byte);
+    const __m128i right = _mm_shuffle_epi8(load(row + 16), by_byte);
+    return {_mm_unpacklo_epi32(left, right), _mm_unpackhi_epi32(left, right)};
   }
 };
 
@@ -175,23 +186,12 @@ struct PairedTexels<Lanes, Xrgb, 4> {
   }
   CUPOLA_INLINE static TwoRows<3> two_rows(const ViewTexels&, const std::uint8_t* row,
                                            std::ptrdiff_t stride) {
-    const Halves upper = halves(row);
-    const Halves lower = halves(row + stride);
-    return {{_mm_unpacklo_epi64(upper.red, lower.red), _mm_unpackhi_epi64(upper.blue_green, lower.blue_green),
-             _mm_unpacklo_epi64(upper.blue_green, lower.blue_green)}};
-  }
-
- private:
-  // Of a row: 8 bytes of blue and 8 of green; 8 of red and 8 that mean nothing.
-  struct Halves {
-    __m128i blue_green, red;
-  };
-  CUPOLA_INLINE static Halves halves(const std::uint8_t* row) {
     using Rows = PairedRows<Lanes>;
-    const __m128i by_channel = _mm_setr_epi8(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15);
-    const __m128i left = _mm_shuffle_epi8(Rows::load(row), by_channel);
-    const __m128i right = _mm_shuffle_epi8(Rows::load(row + 16), by_channel);
-    return {_mm_unpacklo_epi32(left, right), _mm_unpackhi_epi32(left, right)};
+    const BytesOfFour upper = Rows::bytes_of_four(row);
+    const BytesOfFour lower = Rows::bytes_of_four(row + stride);
+    return {{_mm_unpacklo_epi64(upper.last_two, lower.last_two),
+             _mm_unpackhi_epi64(upper.first_two, lower.first_two),
+             _mm_unpacklo_epi64(upper.first_two, lower.first_two)}};
   }
 };
 
@@ -224,6 +224,31 @@ struct PairedTexels<Lanes, Chroma, 2> {
                                            std::ptrdiff_t stride) {
     using Rows = PairedRows<Lanes>;
     return Rows::apart(Rows::load(row), Rows::load(row + stride));
+  }
+};
+
+// One channel of 16 bits: the bytes of U V U V ... are the low and high ones of Y.
+inline constexpr int kOf16Bits = 32;
+template <class Lanes>
+struct PairedTexels<Lanes, Luma, kOf16Bits> : PairedTexels<Lanes, Chroma, 2> {};
+
+// Two channels of 16 bits by turns.
+template <class Lanes>
+struct PairedTexels<Lanes, Chroma, kOf16Bits> {
+  static constexpr int kSources = 1;
+  static constexpr int kOfSource = 4;
+  CUPOLA_INLINE static const std::uint8_t* first(const ViewTexels& view, int, int x, int y) {
+    return view.window(x, y);
+  }
+  CUPOLA_INLINE static TwoRows<4> two_rows(const ViewTexels&, const std::uint8_t* row,
+                                           std::ptrdiff_t stride) {
+    using Rows = PairedRows<Lanes>;
+    const BytesOfFour upper = Rows::bytes_of_four(row);
+    const BytesOfFour lower = Rows::bytes_of_four(row + stride);
+    return {{_mm_unpacklo_epi64(upper.first_two, lower.first_two),
+             _mm_unpackhi_epi64(upper.first_two, lower.first_two),
+             _mm_unpacklo_epi64(upper.last_two, lower.last_two),
+             _mm_unpackhi_epi64(upper.last_two, lower.last_two)}};
   }
 };
 

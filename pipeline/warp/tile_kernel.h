@@ -55,6 +55,8 @@ struct Chroma {
 };
 inline constexpr int kFineBits = 6;
 inline constexpr int kMostFine = 255 * 64 + 31;
+inline constexpr int kMostWideFine =
+    65535 / 4;  // of samples of 16 bits: 256 of their steps are one of 8 bits
 inline constexpr std::uint16_t kNoFine = 0xffff;  // a pixel without a footprint
 
 // What pixels without a footprint are.
@@ -143,6 +145,14 @@ void run_chroma1_avx512(const WarpTable&, const Tile&, std::span<const TileImage
 void run_chroma2_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
 void run_chroma4_avx512(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
 
+// The same of 16 bits a sample, low byte first.
+void run_wide_luma_scalar(const WarpTable&, const Tile&, std::span<const TileImage<Luma>>) noexcept;
+void run_wide_chroma_scalar(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
+void run_wide_luma_sse4(const WarpTable&, const Tile&, std::span<const TileImage<Luma>>) noexcept;
+void run_wide_chroma_sse4(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
+void run_wide_luma_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Luma>>) noexcept;
+void run_wide_chroma_avx2(const WarpTable&, const Tile&, std::span<const TileImage<Chroma>>) noexcept;
+
 TileKernel<Xrgb> tile_kernel(Cpu cpu);
 TileKernel<Rgb16> wide_kernel(Cpu cpu);          // of texels of 16 bits
 TileKernel<Rgb16> linear_kernel(Cpu cpu);        // of texels of 8 bits, in linear light
@@ -150,5 +160,7 @@ TileKernel<Rgb16> wide_linear_kernel(Cpu cpu);   // of texels of 16 bits, in lin
 TileKernel<Xrgb> rgb_kernel(Cpu cpu, int step);  // 3 or 4 bytes a texel
 TileKernel<Luma> luma_kernel(Cpu cpu, int step);
 TileKernel<Chroma> chroma_kernel(Cpu cpu, int step);
+TileKernel<Luma> wide_luma_kernel(Cpu cpu);      // 2 bytes a texel
+TileKernel<Chroma> wide_chroma_kernel(Cpu cpu);  // 4
 
 }  // namespace cupola

@@ -127,4 +127,14 @@ void run_chroma4_avx2(const WarpTable& table, const Tile& tile,
   PairKernel<Avx2, Chroma, 4>::run(table, tile, images);
 }
 
+void run_wide_luma_avx2(const WarpTable& table, const Tile& tile,
+                        std::span<const TileImage<Luma>> images) noexcept {
+  PairKernel<Avx2, Luma, kOf16Bits>::run(table, tile, images);
+}
+
+void run_wide_chroma_avx2(const WarpTable& table, const Tile& tile,
+                          std::span<const TileImage<Chroma>> images) noexcept {
+  PairKernel<Avx2, Chroma, kOf16Bits>::run(table, tile, images);
+}
+
 }  // namespace cupola

@@ -36,8 +36,9 @@ class PairKernel {
 
  private:
   using In = PairedTexels<Lanes, Pixel, kStep>;
-  static constexpr bool kDeep = std::is_same_v<Pixel, Rgb16>;
+  static constexpr bool kDeep = std::is_same_v<Pixel, Rgb16> || kStep == kOf16Bits;  // samples of 16 bits
   static constexpr bool kFine = std::is_same_v<Pixel, Luma> || std::is_same_v<Pixel, Chroma>;
+  static constexpr int kFraction = kFine ? kFineBits : 0;         // bits that sums keep
   static constexpr int kChannels = In::kSources * In::kOfSource;  // of bytes
   using Register = typename Lanes::Register;
   static constexpr int kParts = kBlockSide / Lanes::kGroups;  // registers of 32 bits a pixel a block
@@ -248,18 +249,19 @@ class PairKernel {
   template <BlockKind kKind>
   CUPOLA_INLINE static void finish(Sums& sums, int bits) {
     constexpr bool kBytes = kKind == BlockKind::kNarrow8 || kKind == BlockKind::kSigned8;
-    constexpr int kMost = kDeep ? 65535 : kFine ? kMostFine : 255;
+    constexpr int kMost = kFine ? (kDeep ? kMostWideFine : kMostFine) : kDeep ? 65535 : 255;
+    constexpr int kSteps = kDeep && kFine ? 8 : 0;  // bits of a sample's steps below those of 8 bits
     for (int channel = 0; channel < kChannels; channel += kDeep ? 2 : 1) {
       for (int part = 0; part < kParts; ++part) {
         Register sum = sums.of[channel][part];
         if constexpr (!kDeep) {
-          sum = Lanes::shift_right(sum, kFine ? bits - kFineBits : bits);
+          sum = Lanes::shift_right(sum, bits - kFraction);
         } else if constexpr (kBytes) {
           const Register high = Lanes::template shift_left<8>(sums.of[channel + 1][part]);
-          sum = Lanes::shift_right(Lanes::add32(high, sum), bits);
+          sum = Lanes::shift_right(Lanes::add32(high, sum), bits + kSteps - kFraction);
         } else {
           sum = Lanes::shift_right(Lanes::add32(sums.of[channel + 1][part], Lanes::shift_right(sum, 8)),
-                                   bits - 8);
+                                   bits - 8 + kSteps - kFraction);
         }
         if constexpr (kKind != BlockKind::kNarrow8) sum = Lanes::template clamp<kMost>(sum);
         sums.of[channel][part] = sum;
@@ -359,7 +361,7 @@ class PairKernel {
     Pixel* out = image.block(block.at);
     for (int part = 0; part < kParts; ++part, out += Lanes::kGroups * image.stride) {
       Register pixels = sums.of[0][part];
-      if constexpr (kDeep) {
+      if constexpr (std::is_same_v<Pixel, Rgb16>) {
         pixels = Lanes::either(pixels, Lanes::template shift_left<16>(sums.of[2][part]));
         Register blue = sums.of[4][part];
         if (block.covered != kAllPixels) {
@@ -373,11 +375,12 @@ class PairKernel {
         Lanes::store_rows64(pixels, blue, out, image.stride);
         continue;
       } else if constexpr (kFine) {
-        if constexpr (kChannels == 2)
-          pixels = Lanes::either(pixels, Lanes::template shift_left<16>(sums.of[1][part]));
+        constexpr bool kTwo = std::is_same_v<Pixel, Chroma>;
+        if constexpr (kTwo)
+          pixels = Lanes::either(pixels, Lanes::template shift_left<16>(sums.of[kDeep ? 2 : 1][part]));
         if (block.covered != kAllPixels) {
           const Register none = Lanes::exclusive_or(covered(block, part), Lanes::all32(-1));
-          pixels = Lanes::either(pixels, kChannels == 2 ? none : Lanes::both(none, Lanes::all32(kNoFine)));
+          pixels = Lanes::either(pixels, kTwo ? none : Lanes::both(none, Lanes::all32(kNoFine)));
         }
       } else {
         const Register red_green = Lanes::either(Lanes::template shift_left<16>(pixels),

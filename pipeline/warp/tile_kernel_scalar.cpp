@@ -1,6 +1,7 @@
 // The definition of the warp: plain loops over the table, for 8 and 16 bits a sample and any kind of pixel.
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cstring>
 #include <type_traits>
 
 #include "pipeline/warp/light.h"
@@ -52,9 +53,11 @@ struct LightOf16 {
 
 template <class Pixel, class Texel, class Value = AsItIs>
 class BlockSum {
+  static constexpr bool kWide = sizeof(Texel) == 2;
+
  public:
   // |weights| sum to at most 3 * 2^17, samples of 16 bits are below 2^16: hence 64 bits there.
-  using Sum = std::conditional_t<std::is_same_v<Pixel, Rgb16>, std::int64_t, std::int32_t>;
+  using Sum = std::conditional_t<kWide || std::is_same_v<Pixel, Rgb16>, std::int64_t, std::int32_t>;
 
   BlockSum(const Block& block, std::span<const ViewTexels> views) : block_(block), views_(views) {}
 
@@ -91,7 +94,8 @@ class BlockSum {
   static constexpr bool kFine = kCount < 3;
 
   unsigned fine(Sum sum) const {
-    return static_cast<unsigned>(std::clamp<Sum>(sum >> (block_.bits - kFineBits), 0, kMostFine));
+    const Sum value = sum >> (block_.bits - kFineBits + (kWide ? 8 : 0));
+    return static_cast<unsigned>(std::clamp<Sum>(value, 0, kWide ? kMostWideFine : kMostFine));
   }
   unsigned rounded(Sum sum) const {
     const Sum value = (sum + (Sum{1} << (block_.bits - 1))) >> block_.bits;
@@ -101,10 +105,11 @@ class BlockSum {
   // `at`: 8 * row + column within the window.
   void add_texel(const Window& window, int pixel, int at, int weight) {
     const ViewTexels& view = views_[window.view];
-    const std::ptrdiff_t step = sizeof(Texel) == 1 ? view.step : 1;
     for (int channel = 0; channel < kCount; ++channel) {
       const std::uint8_t* row = view.window(channel, window.x, window.y) + at / kWindowSide * view.stride;
-      const Texel texel = reinterpret_cast<const Texel*>(row)[view.column(at % kWindowSide) * step];
+      const std::uint8_t* bytes = row + view.column(at % kWindowSide) * view.step;
+      Texel texel{};  // which need not lie at a multiple of its size
+      std::memcpy(&texel, bytes, sizeof(texel));
       sum_[pixel][channel] += static_cast<Sum>(weight) * value_(texel);
     }
   }
@@ -177,6 +182,16 @@ void run_luma_scalar(const WarpTable& table, const Tile& tile,
 void run_chroma_scalar(const WarpTable& table, const Tile& tile,
                        std::span<const TileImage<Chroma>> images) noexcept {
   run_tile<std::uint8_t>(table, tile, images);
+}
+
+void run_wide_luma_scalar(const WarpTable& table, const Tile& tile,
+                          std::span<const TileImage<Luma>> images) noexcept {
+  run_tile<std::uint16_t>(table, tile, images);
+}
+
+void run_wide_chroma_scalar(const WarpTable& table, const Tile& tile,
+                            std::span<const TileImage<Chroma>> images) noexcept {
+  run_tile<std::uint16_t>(table, tile, images);
 }
 
 }  // namespace cupola

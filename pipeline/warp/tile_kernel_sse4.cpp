@@ -118,4 +118,14 @@ void run_chroma4_sse4(const WarpTable& table, const Tile& tile,
   PairKernel<Sse4, Chroma, 4>::run(table, tile, images);
 }
 
+void run_wide_luma_sse4(const WarpTable& table, const Tile& tile,
+                        std::span<const TileImage<Luma>> images) noexcept {
+  PairKernel<Sse4, Luma, kOf16Bits>::run(table, tile, images);
+}
+
+void run_wide_chroma_sse4(const WarpTable& table, const Tile& tile,
+                          std::span<const TileImage<Chroma>> images) noexcept {
+  PairKernel<Sse4, Chroma, kOf16Bits>::run(table, tile, images);
+}
+
 }  // namespace cupola

@@ -122,6 +122,6 @@ void convert(const Luma* luma, const Chroma* chroma, int count, const YuvToRgb& 
 
 }  // namespace
 
-const YuvRows kYuvRowsAvx512{store_luma, store_chroma, convert};
+const YuvRows kYuvRowsAvx512{store_luma, store_chroma, convert, convert_dithered_sse4};
 
 }  // namespace cupola

@@ -9,6 +9,7 @@ namespace cupola {
 namespace {
 
 constexpr int kGrey = 128 << kFineBits;
+constexpr int kHalfStep = 1 << (YuvToRgb::kShift - 1);
 
 std::uint8_t rounded(std::uint16_t fine) {
   return static_cast<std::uint8_t>((fine + (1 << (kFineBits - 1))) >> kFineBits);
@@ -30,39 +31,45 @@ void store_chroma(const Chroma* from, int count, std::uint8_t* to) noexcept {
   }
 }
 
+// `more`: than the half step that rounds to nearest.
+Xrgb converted(Luma luma, const Chroma& chroma, const YuvToRgb& matrix, int more) {
+  if (luma == kNoFine) return kBlackXrgb;
+  const bool grey = chroma.u == kNoFine;
+  const int u = grey ? kGrey : chroma.u;
+  const int v = grey ? kGrey : chroma.v;
+  const auto sample = [&](const YuvToRgb::Channel& channel) {
+    const int sum = channel.y * luma + channel.u * u + channel.v * v + channel.start + more;
+    return static_cast<Xrgb>(std::clamp(sum >> YuvToRgb::kShift, 0, 255));
+  };
+  return kBlackXrgb | sample(matrix.red) << 16 | sample(matrix.green) << 8 | sample(matrix.blue);
+}
+
 void convert(const Luma* luma, const Chroma* chroma, int count, const YuvToRgb& matrix, Xrgb* to) noexcept {
-  for (int i = 0; i < count; ++i) {
-    if (luma[i] == kNoFine) {
-      to[i] = kBlackXrgb;
-      continue;
-    }
-    const bool grey = chroma[i].u == kNoFine;
-    const int u = grey ? kGrey : chroma[i].u;
-    const int v = grey ? kGrey : chroma[i].v;
-    const auto sample = [&](const YuvToRgb::Channel& channel) {
-      const int sum = channel.y * luma[i] + channel.u * u + channel.v * v + channel.start;
-      return static_cast<Xrgb>(std::clamp(sum >> YuvToRgb::kShift, 0, 255));
-    };
-    to[i] = kBlackXrgb | sample(matrix.red) << 16 | sample(matrix.green) << 8 | sample(matrix.blue);
-  }
+  for (int i = 0; i < count; ++i) to[i] = converted(luma[i], chroma[i], matrix, 0);
+}
+
+void convert_dithered(const Luma* luma, const Chroma* chroma, int count, const YuvToRgb& matrix, int x, int y,
+                      Xrgb* to) noexcept {
+  for (int i = 0; i < count; ++i)
+    to[i] = converted(luma[i], chroma[i], matrix, yuv_threshold(x + i, y) - kHalfStep);
 }
 
 }  // namespace
 
-YuvToRgb yuv_to_rgb(YuvColour colour, const ViewColour& view) {
+YuvToRgb yuv_to_rgb(YuvColour colour, const ViewColour& view, int bits) {
   // Shares of red and blue in luma; the rest is green.
   const auto [red, blue] = weights_of(colour.matrix);
   const double green = 1.0 - red - blue;
   const bool limited = colour.range == YuvRange::kLimited;
-  const double wide = limited ? 255.0 / 224.0 : 1.0;
+  const double full = bits == 8 ? 1.0 : 255.0 / 255.75;
+  const double wide = limited ? 255.0 / 224.0 : full;
   const auto channel = [&](std::size_t c, double u, double v) {
     const double gain = view.gain[c];
     YuvToRgb::Channel made;
-    made.y = coefficient(gain * (limited ? 255.0 / 219.0 : 1.0));
+    made.y = coefficient(gain * (limited ? 255.0 / 219.0 : full));
     made.u = coefficient(gain * u * wide);
     made.v = coefficient(gain * v * wide);
-    made.start = (1 << (YuvToRgb::kShift - 1)) - (made.u + made.v) * kGrey -
-                 made.y * (black_luma(colour.range) << kFineBits) +
+    made.start = kHalfStep - (made.u + made.v) * kGrey - made.y * (black_luma(colour.range) << kFineBits) +
                  static_cast<std::int32_t>(std::lround(view.offset[c] * (1 << YuvToRgb::kShift)));
     return made;
   };
@@ -71,6 +78,6 @@ YuvToRgb yuv_to_rgb(YuvColour colour, const ViewColour& view) {
           channel(2, 2.0 * (1.0 - blue), 0.0)};
 }
 
-const YuvRows kYuvRowsScalar{store_luma, store_chroma, convert};
+const YuvRows kYuvRowsScalar{store_luma, store_chroma, convert, convert_dithered};
 
 }  // namespace cupola

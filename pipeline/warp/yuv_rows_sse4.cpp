@@ -1,5 +1,6 @@
 // Luma and chroma on their way out with SSE4.1: the scalar bits, four or eight pixels at a time.
 // SPDX-License-Identifier: MIT
+#include "pipeline/warp/dither_sse4.h"
 #include "pipeline/warp/sse4.h"
 #include "pipeline/warp/yuv_rows.h"
 
@@ -46,9 +47,9 @@ struct Channel {
         chroma(_mm_set1_epi32(of.v * 65536 + static_cast<std::uint16_t>(of.u))),
         start(_mm_set1_epi32(of.start)) {}
 
-  CUPOLA_INLINE __m128i sample(__m128i y, __m128i uv) const {
-    const __m128i sum =
-        _mm_add_epi32(_mm_add_epi32(_mm_madd_epi16(y, luma), start), _mm_madd_epi16(uv, chroma));
+  CUPOLA_INLINE __m128i sample(__m128i y, __m128i uv, __m128i more) const {
+    const __m128i sum = _mm_add_epi32(_mm_add_epi32(_mm_madd_epi16(y, luma), _mm_add_epi32(start, more)),
+                                      _mm_madd_epi16(uv, chroma));
     const __m128i value = _mm_srai_epi32(sum, YuvToRgb::kShift);
     return _mm_min_epi32(_mm_max_epi32(value, _mm_setzero_si128()), _mm_set1_epi32(255));
   }
@@ -56,28 +57,52 @@ struct Channel {
   __m128i luma, chroma, start;
 };
 
-void convert(const Luma* luma, const Chroma* chroma, int count, const YuvToRgb& matrix, Xrgb* to) noexcept {
-  const Channel red(matrix.red);
-  const Channel green(matrix.green);
-  const Channel blue(matrix.blue);
-  const __m128i black = _mm_set1_epi32(static_cast<int>(kBlackXrgb));
-  const __m128i grey = _mm_set1_epi16(128 << kFineBits);
-  int i = 0;
-  for (; i + 4 <= count; i += 4) {
-    const __m128i y = _mm_cvtepu16_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(luma + i)));
-    const __m128i both = load(chroma + i);
-    const __m128i uv = _mm_blendv_epi8(both, grey, _mm_cmpeq_epi32(both, _mm_set1_epi32(-1)));
-    const __m128i red_green =
-        _mm_or_si128(_mm_slli_epi32(red.sample(y, uv), 16), _mm_slli_epi32(green.sample(y, uv), 8));
-    const __m128i pixels = _mm_or_si128(_mm_or_si128(red_green, blue.sample(y, uv)), black);
+class Converter {
+ public:
+  explicit Converter(const YuvToRgb& matrix) : red_(matrix.red), green_(matrix.green), blue_(matrix.blue) {}
+
+  // Four pixels; `more` than half a step is added before rounding down.
+  CUPOLA_INLINE void operator()(const Luma* luma, const Chroma* chroma, __m128i more, Xrgb* to) const {
+    const __m128i y = _mm_cvtepu16_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(luma)));
+    const __m128i both = load(chroma);
+    const __m128i uv = _mm_blendv_epi8(both, grey_, _mm_cmpeq_epi32(both, _mm_set1_epi32(-1)));
+    const __m128i red_green = _mm_or_si128(_mm_slli_epi32(red_.sample(y, uv, more), 16),
+                                           _mm_slli_epi32(green_.sample(y, uv, more), 8));
+    const __m128i pixels = _mm_or_si128(_mm_or_si128(red_green, blue_.sample(y, uv, more)), black_);
     const __m128i outside = _mm_cmpeq_epi32(y, _mm_set1_epi32(kNoFine));
-    _mm_storeu_si128(reinterpret_cast<__m128i*>(to + i), _mm_blendv_epi8(pixels, black, outside));
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to), _mm_blendv_epi8(pixels, black_, outside));
   }
+
+ private:
+  Channel red_, green_, blue_;
+  __m128i black_ = _mm_set1_epi32(static_cast<int>(kBlackXrgb));
+  __m128i grey_ = _mm_set1_epi16(128 << kFineBits);
+};
+
+void convert(const Luma* luma, const Chroma* chroma, int count, const YuvToRgb& matrix, Xrgb* to) noexcept {
+  const Converter converter(matrix);
+  int i = 0;
+  for (; i + 4 <= count; i += 4) converter(luma + i, chroma + i, _mm_setzero_si128(), to + i);
   kYuvRowsScalar.xrgb(luma + i, chroma + i, count - i, matrix, to + i);
 }
 
 }  // namespace
 
-const YuvRows kYuvRowsSse4{store_luma, store_chroma, convert};
+void convert_dithered_sse4(const Luma* luma, const Chroma* chroma, int count, const YuvToRgb& matrix, int x,
+                           int y, Xrgb* to) noexcept {
+  const Converter converter(matrix);
+  const __m128i less = _mm_set1_epi32(kLeastThreshold - (1 << (YuvToRgb::kShift - 1)));
+  DitherOfFour dither(x, y);
+  int i = 0;
+  for (; i + 4 <= count; i += 4) {
+    // Fifteen times 15 bits, as yuv_threshold().
+    const __m128i steps = _mm_srli_epi32(dither.next(), 16);
+    const __m128i threshold = _mm_sub_epi32(_mm_slli_epi32(steps, 4), steps);
+    converter(luma + i, chroma + i, _mm_add_epi32(threshold, less), to + i);
+  }
+  kYuvRowsScalar.xrgb_dithered(luma + i, chroma + i, count - i, matrix, x + i, y, to + i);
+}
+
+const YuvRows kYuvRowsSse4{store_luma, store_chroma, convert, convert_dithered_sse4};
 
 }  // namespace cupola

@@ -72,6 +72,14 @@ TexelBox box_of_both(const TexelBox& luma, const TexelBox& chroma, NativeLayout 
   return even_box(box_around(luma, of_chroma), face);
 }
 
+TileKernel<Luma> luma_kernel_for(NativeLayout layout, Cpu cpu) {
+  return sample_bytes(layout) == 2 ? wide_luma_kernel(cpu) : luma_kernel(cpu, texel_step(layout));
+}
+
+TileKernel<Chroma> chroma_kernel_for(NativeLayout layout, Cpu cpu) {
+  return sample_bytes(layout) == 2 ? wide_chroma_kernel(cpu) : chroma_kernel(cpu, chroma_step(layout));
+}
+
 template <class Frame>
 class TwoTableWarp : public NativeWarp<Frame> {
  public:
@@ -80,8 +88,8 @@ class TwoTableWarp : public NativeWarp<Frame> {
         pool_(pool),
         layout_(layout),
         views_(layout, rig.views),
-        luma_(tables_.luma, luma_kernel(cpu, texel_step(layout)), nullptr),
-        chroma_(tables_.chroma, chroma_kernel(cpu, chroma_step(layout)), nullptr),
+        luma_(tables_.luma, luma_kernel_for(layout, cpu), nullptr),
+        chroma_(tables_.chroma, chroma_kernel_for(layout, cpu), nullptr),
         rows_(yuv_rows(cpu)),
         finish_(row_store(cpu).finish),
         stages_(pool.threads(), [this] {
@@ -167,7 +175,10 @@ class Nv12Warp final : public TwoTableWarp<MutableNativeImage> {
 
 class XrgbWarp final : public TwoTableWarp<MutableImage> {
  public:
-  using TwoTableWarp::TwoTableWarp;
+  XrgbWarp(const Rig& rig, Tables tables, NativeLayout layout, Cpu cpu, WorkerPool& pool)
+      : TwoTableWarp(rig, std::move(tables), layout, cpu, pool),
+        bits_(sample_bytes(layout) == 2 ? 10 : 8),
+        dither_(bits_ > 8 && rig.samples.dither) {}
 
   WarpWork warp_changed(std::span<const NativeImage> faces, unsigned changed,
                         const MutableImage& frame) noexcept override {
@@ -175,7 +186,7 @@ class XrgbWarp final : public TwoTableWarp<MutableImage> {
     views_.set(faces);
     const ReflectedViews luma_views = views_.luma(tables_.luma);
     const ReflectedViews chroma_views = views_.chroma(tables_.chroma);
-    const YuvToRgb matrix = yuv_to_rgb(faces.front().colour);
+    const YuvToRgb matrix = yuv_to_rgb(faces.front().colour, {}, bits_);
     if (stale_) make_matrices(faces.front().colour);
     const auto wanted = [&](std::size_t tile) {
       return wanted_images(reads_[tile], changed, luma_.images_share());
@@ -189,9 +200,14 @@ class XrgbWarp final : public TwoTableWarp<MutableImage> {
           const Luma* luma = stages.luma.row(row, mirrored);
           const Chroma* chroma = stages.chroma.row(row, mirrored);
           Xrgb* to = frame.samples<Xrgb>(0, y);
-          if (matrices_.empty()) return rows_.xrgb(luma + x, chroma + x, count, matrix, to + x);
+          const auto convert = [&](int first, int many, const YuvToRgb& by) {
+            if (dither_)
+              return rows_.xrgb_dithered(luma + first, chroma + first, many, by, first, y, to + first);
+            rows_.xrgb(luma + first, chroma + first, many, by, to + first);
+          };
+          if (matrices_.empty()) return convert(x, count, matrix);
           mix_->for_each(x, y, count, [&](int first, int many, std::size_t kind) {
-            rows_.xrgb(luma + first, chroma + first, many, matrices_[kind], to + first);
+            convert(first, many, matrices_[kind]);
           });
         });
         chroma_.unload(band, stages.chroma, [](int, int, int, int, bool) {});
@@ -217,7 +233,7 @@ class XrgbWarp final : public TwoTableWarp<MutableImage> {
  private:
   void make_matrices(YuvColour colour) noexcept {
     for (std::size_t kind = 0; kind < matrices_.size(); ++kind)
-      matrices_[kind] = yuv_to_rgb(colour, mix_->colour(kind, colours_));
+      matrices_[kind] = yuv_to_rgb(colour, mix_->colour(kind, colours_), bits_);
     stale_ = false;
   }
 
@@ -230,6 +246,8 @@ class XrgbWarp final : public TwoTableWarp<MutableImage> {
     return luma;
   }
 
+  const int bits_;  // of a sample
+  const bool dither_;
   std::optional<ViewMix> mix_;      // none: the views' own colours
   std::vector<YuvToRgb> matrices_;  // by the mix's kinds
   std::vector<ViewColour> colours_;
@@ -241,15 +259,18 @@ class XrgbWarp final : public TwoTableWarp<MutableImage> {
 
 std::unique_ptr<NativeWarp<MutableNativeImage>> make_nv12_warp(const Rig& rig, NativeLayout faces, Cpu cpu,
                                                                WorkerPool& pool, TableCache* cache) {
-  if (is_rgb(faces)) throw InputError("frames of NV12 are made of YUV pictures, not of RGB");
+  if (is_rgb(faces) || sample_bytes(faces) > 1)
+    throw InputError("frames of NV12 are made of YUV pictures of 8 bits, not of RGB or P010");
   Tables tables{table_of(rig, pool, cache), table_of(half_frame_chroma_rig(rig, faces), pool, cache)};
   return std::make_unique<Nv12Warp>(rig, std::move(tables), faces, cpu, pool);
 }
 
 std::unique_ptr<NativeWarp<MutableImage>> make_yuv_to_xrgb_warp(const Rig& rig, NativeLayout faces, Cpu cpu,
                                                                 WorkerPool& pool, TableCache* cache) {
-  return std::make_unique<XrgbWarp>(rig, tables_in_step(rig, chroma_rig(rig, faces), pool, cache), faces, cpu,
-                                    pool);
+  Rig luma = rig;
+  if (sample_bytes(faces) > 1) luma.filter.table = TableForm::kPrecise;
+  return std::make_unique<XrgbWarp>(rig, tables_in_step(luma, chroma_rig(luma, faces), pool, cache), faces,
+                                    cpu, pool);
 }
 
 }  // namespace cupola

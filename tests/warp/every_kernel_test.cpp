@@ -233,6 +233,11 @@ TEST_P(EveryKernel, GivesTheScalarBitsForChromaOfEveryLayout) {
   }
 }
 
+TEST_P(EveryKernel, GivesTheScalarBitsForLumaAndChromaOf16Bits) {
+  expect_same_bits<Luma>({.step = 2}, run_wide_luma_scalar, wide_luma_kernel(GetParam()));
+  expect_same_bits<Chroma>({4, {{0, 2, 0}}}, run_wide_chroma_scalar, wide_chroma_kernel(GetParam()));
+}
+
 // A row of pixels somewhere in bytes that are to stay as they are.
 template <class Pixel>
 std::vector<std::byte> stored(const RowStore<Pixel>& rows, const std::vector<Pixel>& pixels, int count,
