@@ -34,6 +34,7 @@ NativeBench::NativeBench(const Rig& rig, const WarpTable& table, std::span<const
       rgb_to_xrgb_(make_table_warp(table, cpu, alone)),
       nv12_to_nv12_(make_nv12_warp(rig, NativeLayout::kNv12, cpu, alone)),
       nv12_to_xrgb_(make_native_to_xrgb_warp(rig, NativeLayout::kNv12, cpu, alone)),
+      p010_to_xrgb_(make_native_to_xrgb_warp(rig, NativeLayout::kP010, cpu, alone)),
       yuyv_to_xrgb_(make_native_to_xrgb_warp(rig, NativeLayout::kYuyv, cpu, alone)),
       rgb24_to_xrgb_(make_native_to_xrgb_warp(rig, NativeLayout::kRgb24, cpu, alone)),
       xrgb32_to_xrgb_(make_native_to_xrgb_warp(rig, NativeLayout::kXrgb32, cpu, alone)) {
@@ -45,6 +46,7 @@ NativeBench::NativeBench(const Rig& rig, const WarpTable& table, std::span<const
     }
   };
   fill(nv12_, NativeLayout::kNv12);
+  fill(p010_, NativeLayout::kP010);
   fill(yuyv_, NativeLayout::kYuyv);
   fill(rgb24_, NativeLayout::kRgb24);
   fill(xrgb32_, NativeLayout::kXrgb32);
@@ -61,6 +63,8 @@ std::vector<Lap> NativeBench::laps() {
               [this] { nv12_to_nv12_->warp(nv12_, frame_.pixels()); }),
           lap("nv12 to xrgb", nv12_to_xrgb_->table_bytes(),
               [this] { nv12_to_xrgb_->warp(nv12_, xrgb_.pixels()); }),
+          lap("p010 to xrgb", p010_to_xrgb_->table_bytes(),
+              [this] { p010_to_xrgb_->warp(p010_, xrgb_.pixels()); }),
           lap("yuyv to xrgb", yuyv_to_xrgb_->table_bytes(),
               [this] { yuyv_to_xrgb_->warp(yuyv_, xrgb_.pixels()); }),
           lap("rgb24 to xrgb", rgb24_to_xrgb_->table_bytes(),

@@ -26,12 +26,13 @@ class NativeBench {
   std::span<const Image> rgb_;
   double in_image_;
   std::vector<NativeBuffer> buffers_;
-  std::vector<NativeImage> nv12_, yuyv_, rgb24_, xrgb32_;
+  std::vector<NativeImage> nv12_, p010_, yuyv_, rgb24_, xrgb32_;
   ImageBuffer xrgb_;
   NativeBuffer frame_;
   std::unique_ptr<FrameWarp> rgb_to_xrgb_;
   std::unique_ptr<NativeWarp<MutableNativeImage>> nv12_to_nv12_;
-  std::unique_ptr<NativeWarp<MutableImage>> nv12_to_xrgb_, yuyv_to_xrgb_, rgb24_to_xrgb_, xrgb32_to_xrgb_;
+  std::unique_ptr<NativeWarp<MutableImage>> nv12_to_xrgb_, p010_to_xrgb_, yuyv_to_xrgb_, rgb24_to_xrgb_,
+      xrgb32_to_xrgb_;
 };
 
 }  // namespace cupola

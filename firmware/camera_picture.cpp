@@ -24,6 +24,7 @@ std::optional<Brightness> brightness(CameraFormat format) {
     case CameraFormat::kYuyv:
       return Brightness{0, 2, false};
     case CameraFormat::kUyvy:
+    case CameraFormat::kP010:  // its upper byte
       return Brightness{1, 2, false};
     case CameraFormat::kNv12:
     case CameraFormat::kI420:

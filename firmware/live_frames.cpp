@@ -74,7 +74,7 @@ void expect_alike(std::span<const LiveView> views) {
   for (const LiveView& view : views) {
     if (!layout_of(view.mode.format)) {
       throw Failure(
-          fmt::format("camera of view {}: sends {}; expected YUYV, UYVY, NV12, YU12, 422P, GREY, RGB3, "
+          fmt::format("camera of view {}: sends {}; expected YUYV, UYVY, NV12, P010, YU12, 422P, GREY, RGB3, "
                       "BGR3 or XR24",
                       view.name, name_of(view.mode.format)));
     }
@@ -145,7 +145,8 @@ void LiveFrames::begin_nv12(const CameraMode& mode, Cpu cpu, WorkerPool& pool, T
     throw Failure(fmt::format("{}: display.format: expected XRGB8888, as {}", rig_.file.string(), why));
   };
   const NativeLayout layout = *layout_of(mode.format);
-  if (is_rgb(layout)) refuse(fmt::format("cameras send {}", name_of(mode.format)));
+  if (is_rgb(layout) || sample_bytes(layout) > 1)
+    refuse(fmt::format("cameras send {}", name_of(mode.format)));
   if (match_ || !locked_.empty()) refuse("colours are matched or locked");
   nv12_warp_ = make_nv12_warp(rig_, layout, cpu, pool, cache);
 }

@@ -24,8 +24,9 @@ std::vector<CameraFormat> read_formats(SettingsTable& table) {
     if (!format_of(name, format)) {
       table.refuse(
           "formats",
-          fmt::format("expected YUYV, UYVY, NV12, YU12, 422P, RGB3, BGR3, XR24, GREY or MJPG, not \"{}\"",
-                      name));
+          fmt::format(
+              "expected YUYV, UYVY, NV12, P010, YU12, 422P, RGB3, BGR3, XR24, GREY or MJPG, not \"{}\"",
+              name));
     }
     formats.push_back(format);
   }

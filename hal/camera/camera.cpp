@@ -9,8 +9,8 @@ namespace cupola {
 
 namespace {
 
-constexpr std::array<const char*, 10> kFormatNames = {"YUYV", "UYVY", "NV12", "YU12", "422P",
-                                                      "RGB3", "BGR3", "XR24", "GREY", "MJPG"};
+constexpr std::array<const char*, kCameraFormats> kFormatNames = {
+    "YUYV", "UYVY", "NV12", "YU12", "422P", "RGB3", "BGR3", "XR24", "GREY", "MJPG", "P010"};
 constexpr std::array<const char*, kCameraCauses> kCauseNames = {
     "no such device", "busy: somebody else has it",          "not supported",
     "no signal",      "it sends something else than agreed", "the driver failed",

@@ -13,7 +13,8 @@
 
 namespace cupola {
 
-// As V4L2 and libcamera know them; rows run top to bottom.
+// As V4L2 and libcamera know them; rows run top to bottom. Recordings hold the numbers: new ones go to the
+// end.
 enum class CameraFormat : std::uint8_t {
   kYuyv,    // 4:2:2, bytes Y0 U Y1 V
   kUyvy,    // 4:2:2, bytes U Y0 V Y1
@@ -25,7 +26,9 @@ enum class CameraFormat : std::uint8_t {
   kXrgb32,  // little-endian words 0x--RRGGBB (XR24)
   kGrey,    // bytes Y
   kMjpeg,   // a JPEG picture: one plane of `bytes` bytes, no stride
+  kP010,    // NV12 in little-endian words, whose upper 10 bits are the sample
 };
+inline constexpr std::size_t kCameraFormats = 11;
 
 // Texels of the sensor's whole picture; width 0: all of it.
 struct CameraArea {

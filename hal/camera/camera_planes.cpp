@@ -7,6 +7,7 @@ namespace cupola {
 int plane_count(CameraFormat format) {
   switch (format) {
     case CameraFormat::kNv12:
+    case CameraFormat::kP010:
       return 2;
     case CameraFormat::kI420:
     case CameraFormat::kI422:
@@ -26,6 +27,8 @@ PlaneShape plane_shape(CameraFormat format, int plane, int width, int height) {
       return {4 * pairs, height};
     case CameraFormat::kNv12:
       return plane == 0 ? PlaneShape{w, height} : PlaneShape{2 * pairs, (height + 1) / 2};
+    case CameraFormat::kP010:
+      return plane == 0 ? PlaneShape{2 * w, height} : PlaneShape{4 * pairs, (height + 1) / 2};
     case CameraFormat::kI420:
       return plane == 0 ? PlaneShape{w, height} : PlaneShape{pairs, (height + 1) / 2};
     case CameraFormat::kI422:

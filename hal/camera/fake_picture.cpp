@@ -31,6 +31,7 @@ GreyBytes grey_bytes(CameraFormat format) {
     case CameraFormat::kYuyv:
       return {0, 2, 1};
     case CameraFormat::kUyvy:
+    case CameraFormat::kP010:
       return {1, 2, 1};
     case CameraFormat::kRgb24:
     case CameraFormat::kBgr24:

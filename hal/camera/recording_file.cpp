@@ -100,7 +100,7 @@ RecordHead head_of(const CameraRecord& record) {
 // Whether a record can be made of it, its payload aside.
 bool is_sane(const RecordHead& head) {
   if (head.mark != kMark || head.kind > static_cast<std::uint32_t>(RecordKind::kLost)) return false;
-  if (head.format > static_cast<std::uint32_t>(CameraFormat::kMjpeg)) return false;
+  if (head.format >= kCameraFormats) return false;
   if (head.cause >= kCameraCauses || head.step.back() != 0) return false;
   if (!(head.rate >= 0.0 && head.rate <= 1e6)) return false;
   constexpr std::int32_t kLongest = 1 << 16;  // texels of a side

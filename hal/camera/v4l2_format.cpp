@@ -21,11 +21,12 @@ struct KnownFormat {
   std::size_t memories;  // more than one: multi-planar devices only
 };
 
-constexpr std::array<KnownFormat, 13> kKnown = {{
+constexpr std::array<KnownFormat, 14> kKnown = {{
     {CameraFormat::kYuyv, V4L2_PIX_FMT_YUYV, 1},
     {CameraFormat::kUyvy, V4L2_PIX_FMT_UYVY, 1},
     {CameraFormat::kNv12, V4L2_PIX_FMT_NV12, 1},
     {CameraFormat::kNv12, V4L2_PIX_FMT_NV12M, 2},
+    {CameraFormat::kP010, V4L2_PIX_FMT_P010, 1},
     {CameraFormat::kI420, V4L2_PIX_FMT_YUV420, 1},
     {CameraFormat::kI420, V4L2_PIX_FMT_YUV420M, 3},
     {CameraFormat::kI422, V4L2_PIX_FMT_YUV422P, 1},

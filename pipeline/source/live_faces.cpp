@@ -79,6 +79,8 @@ std::optional<NativeLayout> layout_of(CameraFormat format) {
       return NativeLayout::kUyvy;
     case CameraFormat::kNv12:
       return NativeLayout::kNv12;
+    case CameraFormat::kP010:
+      return NativeLayout::kP010;
     case CameraFormat::kI420:
     case CameraFormat::kGrey:
       return NativeLayout::kI420;

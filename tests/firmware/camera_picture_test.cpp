@@ -59,7 +59,8 @@ TEST(CameraPicture, FindsTheBrightnessInEveryFormatAndKnowsItsRange) {
     bool rgb;
   };
   for (const Kind& kind : {Kind{CameraFormat::kYuyv, 2, 0, false}, Kind{CameraFormat::kUyvy, 2, 1, false},
-                           Kind{CameraFormat::kRgb24, 3, 1, true}, Kind{CameraFormat::kXrgb32, 4, 1, true}}) {
+                           Kind{CameraFormat::kP010, 2, 1, false}, Kind{CameraFormat::kRgb24, 3, 1, true},
+                           Kind{CameraFormat::kXrgb32, 4, 1, true}}) {
     const double white = kind.rgb ? 255.0 : 235.0;
     const double black = kind.rgb ? 0.0 : 16.0;
     const std::vector<std::uint8_t> bytes = stripes(0.05, kind.step, kind.first, black, white);
@@ -77,9 +78,10 @@ TEST(CameraPicture, IsCopiedAsBrightnesses) {
     int step;
     int first;
   };
-  for (const Kind& kind : {Kind{CameraFormat::kGrey, 1, 0}, Kind{CameraFormat::kNv12, 1, 0},
-                           Kind{CameraFormat::kYuyv, 2, 0}, Kind{CameraFormat::kUyvy, 2, 1},
-                           Kind{CameraFormat::kBgr24, 3, 1}, Kind{CameraFormat::kXrgb32, 4, 1}}) {
+  for (const Kind& kind :
+       {Kind{CameraFormat::kGrey, 1, 0}, Kind{CameraFormat::kNv12, 1, 0}, Kind{CameraFormat::kYuyv, 2, 0},
+        Kind{CameraFormat::kUyvy, 2, 1}, Kind{CameraFormat::kP010, 2, 1}, Kind{CameraFormat::kBgr24, 3, 1},
+        Kind{CameraFormat::kXrgb32, 4, 1}}) {
     constexpr int kGap = 3;  // texels that are in memory beside each row
     const std::vector<std::uint8_t> bytes = stripes(2.0, kind.step, kind.first, 16.0, 235.0);
     CameraFrame frame = frame_of(bytes, kind.format, kind.step);

@@ -393,8 +393,9 @@ TEST(LiveFrames, RefuseCamerasThatDoNotSendTheSame) {
   EXPECT_THROW(LiveShow{bgr}, Failure);
 }
 
-TEST(LiveFrames, ShowRgbAsTheCamerasSendIt) {
-  for (const CameraFormat format : {CameraFormat::kRgb24, CameraFormat::kBgr24, CameraFormat::kXrgb32}) {
+TEST(LiveFrames, ShowRgbAndTenBitsAsTheCamerasSendThem) {
+  for (const CameraFormat format :
+       {CameraFormat::kP010, CameraFormat::kRgb24, CameraFormat::kBgr24, CameraFormat::kXrgb32}) {
     LiveShow show([&](std::size_t, FakeCameraDevice& device, CameraSetup& setup) {
       device.formats = {format};
       setup.formats = {format};

@@ -106,9 +106,9 @@ TEST(Preview, OfAnyFormatIsTheSamePicture) {
 // A grey ramp with a red or blue cast, and of it only a part in memory.
 TEST(Preview, OfACamerasPictureIsThePartThatIsThere) {
   const Size size{16, 8};
-  for (const NativeLayout layout :
-       {NativeLayout::kNv12, NativeLayout::kI420, NativeLayout::kI422, NativeLayout::kYuyv,
-        NativeLayout::kUyvy, NativeLayout::kRgb24, NativeLayout::kBgr24, NativeLayout::kXrgb32}) {
+  for (const NativeLayout layout : {NativeLayout::kNv12, NativeLayout::kP010, NativeLayout::kI420,
+                                    NativeLayout::kI422, NativeLayout::kYuyv, NativeLayout::kUyvy,
+                                    NativeLayout::kRgb24, NativeLayout::kBgr24, NativeLayout::kXrgb32}) {
     const YuvColour colour{YuvMatrix::kBt709, YuvRange::kFull};
     NativeBuffer buffer(layout, colour, size);
     for (int y = 0; y < size.height; ++y) {

@@ -20,10 +20,10 @@ namespace {
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
-constexpr std::array<CameraFormat, 10> kFormats = {
+constexpr std::array<CameraFormat, kCameraFormats> kFormats = {
     CameraFormat::kYuyv, CameraFormat::kUyvy,  CameraFormat::kNv12,  CameraFormat::kI420,
     CameraFormat::kI422, CameraFormat::kRgb24, CameraFormat::kBgr24, CameraFormat::kXrgb32,
-    CameraFormat::kGrey, CameraFormat::kMjpeg};
+    CameraFormat::kGrey, CameraFormat::kMjpeg, CameraFormat::kP010};
 
 TEST(CameraNames, AreThoseOfV4l2AndBackAgain) {
   for (const CameraFormat format : kFormats) {

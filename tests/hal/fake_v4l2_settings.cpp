@@ -20,6 +20,8 @@ CameraFormat format_of_fourcc(__u32 fourcc) {
     case V4L2_PIX_FMT_NV12:
     case V4L2_PIX_FMT_NV12M:
       return CameraFormat::kNv12;
+    case V4L2_PIX_FMT_P010:
+      return CameraFormat::kP010;
     case V4L2_PIX_FMT_YUV420:
     case V4L2_PIX_FMT_YUV420M:
       return CameraFormat::kI420;

@@ -169,25 +169,17 @@ struct Wire {
   CameraFormat format;
   bool multi_planar;
 };
-constexpr std::array<Wire, 18> kWires = {{
-    {V4L2_PIX_FMT_YUYV, CameraFormat::kYuyv, false},
-    {V4L2_PIX_FMT_UYVY, CameraFormat::kUyvy, false},
-    {V4L2_PIX_FMT_NV12, CameraFormat::kNv12, false},
-    {V4L2_PIX_FMT_YUV420, CameraFormat::kI420, false},
-    {V4L2_PIX_FMT_YUV422P, CameraFormat::kI422, false},
-    {V4L2_PIX_FMT_RGB24, CameraFormat::kRgb24, false},
-    {V4L2_PIX_FMT_BGR24, CameraFormat::kBgr24, false},
-    {V4L2_PIX_FMT_XBGR32, CameraFormat::kXrgb32, false},
-    {V4L2_PIX_FMT_GREY, CameraFormat::kGrey, false},
-    {V4L2_PIX_FMT_MJPEG, CameraFormat::kMjpeg, false},
-    {V4L2_PIX_FMT_YUYV, CameraFormat::kYuyv, true},
-    {V4L2_PIX_FMT_NV12, CameraFormat::kNv12, true},
-    {V4L2_PIX_FMT_NV12M, CameraFormat::kNv12, true},
-    {V4L2_PIX_FMT_YUV420, CameraFormat::kI420, true},
-    {V4L2_PIX_FMT_YUV420M, CameraFormat::kI420, true},
-    {V4L2_PIX_FMT_YUV422P, CameraFormat::kI422, true},
-    {V4L2_PIX_FMT_YUV422M, CameraFormat::kI422, true},
-    {V4L2_PIX_FMT_MJPEG, CameraFormat::kMjpeg, true},
+constexpr std::array<Wire, 20> kWires = {{
+    {V4L2_PIX_FMT_YUYV, CameraFormat::kYuyv, false},     {V4L2_PIX_FMT_UYVY, CameraFormat::kUyvy, false},
+    {V4L2_PIX_FMT_NV12, CameraFormat::kNv12, false},     {V4L2_PIX_FMT_P010, CameraFormat::kP010, false},
+    {V4L2_PIX_FMT_YUV420, CameraFormat::kI420, false},   {V4L2_PIX_FMT_YUV422P, CameraFormat::kI422, false},
+    {V4L2_PIX_FMT_RGB24, CameraFormat::kRgb24, false},   {V4L2_PIX_FMT_BGR24, CameraFormat::kBgr24, false},
+    {V4L2_PIX_FMT_XBGR32, CameraFormat::kXrgb32, false}, {V4L2_PIX_FMT_GREY, CameraFormat::kGrey, false},
+    {V4L2_PIX_FMT_MJPEG, CameraFormat::kMjpeg, false},   {V4L2_PIX_FMT_YUYV, CameraFormat::kYuyv, true},
+    {V4L2_PIX_FMT_NV12, CameraFormat::kNv12, true},      {V4L2_PIX_FMT_P010, CameraFormat::kP010, true},
+    {V4L2_PIX_FMT_NV12M, CameraFormat::kNv12, true},     {V4L2_PIX_FMT_YUV420, CameraFormat::kI420, true},
+    {V4L2_PIX_FMT_YUV420M, CameraFormat::kI420, true},   {V4L2_PIX_FMT_YUV422P, CameraFormat::kI422, true},
+    {V4L2_PIX_FMT_YUV422M, CameraFormat::kI422, true},   {V4L2_PIX_FMT_MJPEG, CameraFormat::kMjpeg, true},
 }};
 
 // All rows of all planes.

@@ -128,9 +128,10 @@ TEST(LiveFaces, ShowGreyPicturesWithoutColour) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, LiveFacesOf,
-                         testing::Values(CameraFormat::kNv12, CameraFormat::kI420, CameraFormat::kYuyv,
-                                         CameraFormat::kUyvy, CameraFormat::kI422, CameraFormat::kGrey,
-                                         CameraFormat::kRgb24, CameraFormat::kBgr24, CameraFormat::kXrgb32),
+                         testing::Values(CameraFormat::kNv12, CameraFormat::kP010, CameraFormat::kI420,
+                                         CameraFormat::kYuyv, CameraFormat::kUyvy, CameraFormat::kI422,
+                                         CameraFormat::kGrey, CameraFormat::kRgb24, CameraFormat::kBgr24,
+                                         CameraFormat::kXrgb32),
                          [](const auto& format) { return std::string(name_of(format.param)); });
 
 TEST(LiveFaces, ShowSlatesOfRgbInGrey) {

@@ -155,7 +155,7 @@ TEST(P010Warp, DithersToTheMeanOfWhatItShowsAndKeepsBlackAndWhite) {
   }
 }
 
-// A slope of a quarter of an 8-bit step a texel: rounding makes stairs of it, dithering does not.
+// A slope of a step in some 30 pixels: rounding makes stairs of it, dithering does not.
 TEST(P010Warp, ShowsSlopesThat8BitsCannot) {
   Rig rig = test::omnimax_rig({400, 400}, 400, {200, 200}, kFour);
   const auto slope = [](const Vec3& d) { return Vec3{100.0 + 4.0 * d.x, 128.0, 128.0}; };
