@@ -76,8 +76,9 @@ class RenderCommand final : public Command {
         ->check(CLI::IsMember({"png", "exr"}))
         ->type_name("NAME");
     options()
-        .add_option("--bits", bits_, "Of a sample in PNG files, 8 or 16; those of the faces unless given")
-        ->check(CLI::IsMember({8, 16}))
+        .add_option("--bits", bits_,
+                    "Of a sample in PNG files, 8 or 16, those of the faces unless given; in videos 8 or 10")
+        ->check(CLI::IsMember({8, 10, 16}))
         ->type_name("N");
     options()
         .add_option("--stats", stats_, "Write what was done and what was skipped as JSON")
@@ -224,12 +225,13 @@ WarpWork RenderCommand::render_files(ShowFrames& frames, const std::string& name
 
 WarpWork RenderCommand::render_video(ShowFrames& frames, std::span<const std::int64_t> numbers) const {
   if (with_faces_) throw InputError("--faces: expected a folder as --out");
-  if (bits_ == 16) throw InputError("--bits 16: expected a folder as --out; videos have 8");
+  if (bits_ == 16) throw InputError("--bits 16: expected a folder as --out; videos have 8 or 10");
   if (format_ != "png")
     throw InputError(fmt::format("--format {}: expected a folder as --out; videos are Y4M", format_));
   expect_pipe(out_);
-  Y4mWriter video(out_, frames.frame_size(), frame_rate(frames.rate()));
-  ImageBuffer frame(PixelFormat::kRgbPlanar8, frames.frame_size());
+  const bool deep = bits_ == 10;
+  Y4mWriter video(out_, frames.frame_size(), frame_rate(frames.rate()), deep ? 10 : 8);
+  ImageBuffer frame(deep ? PixelFormat::kRgbPlanar16 : PixelFormat::kRgbPlanar8, frames.frame_size());
   Progress progress("render", static_cast<std::int64_t>(numbers.size()));
   WarpWork work;
   std::int64_t done = 0;
@@ -249,6 +251,8 @@ int RenderCommand::run() {
   const Cpu on = cpu();
   if (format_ == "exr" && bits_ == 8)
     throw InputError("--bits 8: expected --format png; EXR has half floats");
+  if (bits_ == 10 && !is_video_name(out_))
+    throw InputError("--bits 10: expected FILE.y4m or - as --out; pictures have 8 or 16");
   WorkerPool pool(threads());
   Show what = show();
   for (Cue& cue : what.cues) cue.wait = false;  // nobody is there to say go

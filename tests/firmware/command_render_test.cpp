@@ -126,6 +126,19 @@ TEST_F(Render, IsReadByFfmpeg) {
   EXPECT_EQ(frames, 8) << sums;
 }
 
+TEST_F(Render, WritesVideosOfTenBits) {
+  const Outcome outcome =
+      call({"render", path("show.toml"), "--out", path("a.y4m"), "--frames", "0-1", "--bits", "10"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  Y4mReader video(path("a.y4m"));
+  EXPECT_EQ(video.frames(), 2);
+  EXPECT_THAT(read_text(path("a.y4m")).substr(0, 100), HasSubstr(" C444p10 "));
+  expect_refusal({"render", path("show.toml"), "--out", path("out"), "--bits", "10"}, 2,
+                 {"--bits 10", "y4m"});
+  expect_refusal({"render", path("show.toml"), "--out", path("b.y4m"), "--bits", "16"}, 2,
+                 {"--bits 16", "8 or 10"});
+}
+
 TEST_F(Render, GoesOnWhereItWasKilledAndLeavesNothingElse) {
   const std::vector<std::string> longer = {"--set", "cue.0.duration_s=12"};
   EXPECT_EQ(render("whole", longer).code, 0);

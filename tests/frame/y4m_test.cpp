@@ -255,26 +255,50 @@ TEST(Y4mWriter, KeepsGreysNeutralAndRoundsSixteenBitsOnce) {
   }
 }
 
+TEST(Y4mWriter, HasTenBitsWhereItIsAskedTo) {
+  const TemporaryFolder folder;
+  ImageBuffer image(PixelFormat::kRgbPlanar16, {256, 256});
+  for (int v = 0; v < 65'536; ++v)
+    for (int p = 0; p < 3; ++p)
+      image.pixels().samples<std::uint16_t>(p, v / 256)[v % 256] = static_cast<std::uint16_t>(v);
+  Y4mWriter writer(folder / "a.y4m", {256, 256}, {30, 1}, 10);
+  writer.write(image.pixels());
+  writer.finish();
+  const std::string file = read_text(folder / "a.y4m");
+  ASSERT_NE(file.find(" C444p10 "), std::string::npos);
+  const std::string planes = file.substr(file.size() - 6 * 65'536);
+  const auto word = [&](std::size_t i) {
+    return static_cast<unsigned char>(planes[2 * i]) + 256 * static_cast<unsigned char>(planes[2 * i + 1]);
+  };
+  for (std::size_t v = 0; v < 65'536; ++v) {
+    ASSERT_EQ(word(v), std::lround(64 + static_cast<double>(v) * 876 / 65'535)) << v;
+    ASSERT_EQ(word(65'536 + v), 512);
+    ASSERT_EQ(word(2 * 65'536 + v), 512);
+  }
+}
+
 TEST(Y4mWriter, IsUnderstoodByFfmpegAsTheSameColours) {
   if (std::system("ffmpeg -version > /dev/null 2>&1") != 0) GTEST_SKIP() << "ffmpeg is not installed";
   const TemporaryFolder folder;
   const ImageBuffer image = smooth_picture(PixelFormat::kRgb8, {64, 48});
-  Y4mWriter writer(folder / "a.y4m", {64, 48}, {30, 1});
-  writer.write(image.pixels());
-  writer.finish();
-  const std::string command =
-      "ffmpeg -v error -i " + (folder / "a.y4m").string() +
-      " -vf scale=in_color_matrix=bt709:flags=accurate_rnd+full_chroma_int -f rawvideo -pix_fmt rgb24 " +
-      (folder / "a.rgb").string();
-  ASSERT_EQ(std::system(command.c_str()), 0);
-  const std::string raw = read_text(folder / "a.rgb");
-  ASSERT_EQ(raw.size(), std::size_t{64 * 48 * 3});
-  int largest = 0;
-  for (int i = 0; i < 64 * 48 * 3; ++i) {
-    const int theirs = static_cast<unsigned char>(raw[static_cast<std::size_t>(i)]);
-    largest = std::max(largest, std::abs(theirs - sample(image, i % 3, i / 3 % 64, i / 192)));
+  for (const int bits : {8, 10}) {
+    Y4mWriter writer(folder / "a.y4m", {64, 48}, {30, 1}, bits);
+    writer.write(image.pixels());
+    writer.finish();
+    const std::string command =
+        "ffmpeg -v error -y -i " + (folder / "a.y4m").string() +
+        " -vf scale=in_color_matrix=bt709:flags=accurate_rnd+full_chroma_int -f rawvideo -pix_fmt rgb24 " +
+        (folder / "a.rgb").string();
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    const std::string raw = read_text(folder / "a.rgb");
+    ASSERT_EQ(raw.size(), std::size_t{64 * 48 * 3});
+    int largest = 0;
+    for (int i = 0; i < 64 * 48 * 3; ++i) {
+      const int theirs = static_cast<unsigned char>(raw[static_cast<std::size_t>(i)]);
+      largest = std::max(largest, std::abs(theirs - sample(image, i % 3, i / 3 % 64, i / 192)));
+    }
+    EXPECT_LE(largest, bits == 8 ? 3 : 1);
   }
-  EXPECT_LE(largest, 3);
 }
 
 TEST(Y4mReader, ReadsWhatFfmpegWrites) {
