@@ -11,6 +11,7 @@
 
 #include "pipeline/warp/band_run.h"
 #include "pipeline/warp/light.h"
+#include "pipeline/warp/mirrored_texels.h"
 
 namespace cupola {
 namespace {
@@ -44,18 +45,10 @@ class SmallViews {
   std::vector<ImageBuffer> padded_;
 };
 
-// A face of size `size` as a reflection of the frame sees it.
 ViewTexels mirrored(const Image& face, const Reflection::Partner& partner) {
-  ViewTexels texels;
-  const std::ptrdiff_t step = sample_bytes(face.format);
-  texels.step = step;
-  texels.across = partner.flip_u ? -step : step;
-  texels.flip = partner.flip_u ? 0x07070707 : 0;
-  const int x = partner.flip_u ? face.size.width - kWindowSide : 0;
-  const int y = partner.flip_v ? face.size.height - 1 : 0;
   const Plane<const std::byte>& first = face.planes[0];
-  texels.origin = reinterpret_cast<const std::uint8_t*>(first.row(y)) + x * step;
-  texels.stride = partner.flip_v ? -first.stride : first.stride;
+  ViewTexels texels = mirrored_texels({reinterpret_cast<const std::uint8_t*>(first.data), first.stride},
+                                      face.size, sample_bytes(face.format), partner);
   for (int channel = 0; channel < 3; ++channel) {
     assert(face.planes[channel].stride == first.stride);
     texels.channel[channel] = ViewTexels::bytes_between(first.data, face.planes[channel].data);
@@ -123,14 +116,7 @@ class TableWarp final : public FrameWarp {
   ReflectedViews reflect(std::span<const Image> faces) {
     std::array<Image, kMostViews> padded;
     for (std::size_t i = 0; i < faces.size(); ++i) padded[i] = small_.padded(i, faces[i]);
-    ReflectedViews views;
-    for (std::size_t i = 0; i < table_.reflections.size(); ++i) {
-      for (std::size_t view = 0; view < faces.size(); ++view) {
-        const Reflection::Partner& partner = table_.reflections[i].views[view];
-        views[i][view] = mirrored(padded[partner.view], partner);
-      }
-    }
-    return views;
+    return reflected_views<Image>(table_, std::span(padded).first(faces.size()), mirrored);
   }
 
   const WarpTable& table_;

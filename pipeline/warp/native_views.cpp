@@ -6,39 +6,28 @@
 #include <cassert>
 #include <cstring>
 
+#include "pipeline/warp/mirrored_texels.h"
+
 namespace cupola {
 namespace {
 
-// One plane's texels of `step` bytes, `size` of them, as a reflection sees them.
-ViewTexels mirrored(const Plane<const std::uint8_t>& plane, Size size, int step,
-                    const Reflection::Partner& partner) {
-  ViewTexels texels;
-  const int x = partner.flip_u ? size.width - kWindowSide : 0;
-  const int y = partner.flip_v ? size.height - 1 : 0;
-  texels.origin = plane.row(y) + x * step;
-  texels.stride = partner.flip_v ? -plane.stride : plane.stride;
-  texels.step = step;
-  texels.across = partner.flip_u ? -step : step;
-  texels.flip = partner.flip_u ? 0x07070707 : 0;
-  return texels;
-}
-
 ViewTexels rgb_view(const NativeImage& face, const Reflection::Partner& partner) {
-  ViewTexels texels = mirrored(face.planes[0], face.size, texel_step(face.layout), partner);
+  ViewTexels texels = mirrored_texels(face.planes[0], face.size, texel_step(face.layout), partner);
   texels.channel = {0, 1, 2};
   if (face.layout != NativeLayout::kRgb24) texels.channel = {2, 1, 0};
   return texels;
 }
 
 ViewTexels luma_view(const NativeImage& face, const Reflection::Partner& partner) {
-  ViewTexels texels = mirrored(face.planes[0], face.size, texel_step(face.layout), partner);
+  ViewTexels texels = mirrored_texels(face.planes[0], face.size, texel_step(face.layout), partner);
   texels.channel[0] = face.layout == NativeLayout::kUyvy ? 1 : 0;
   return texels;
 }
 
 ViewTexels chroma_view(const NativeImage& face, const Reflection::Partner& partner) {
   const Plane<const std::uint8_t>& plane = face.planes[is_packed(face.layout) ? 0 : 1];
-  ViewTexels texels = mirrored(plane, chroma_size(face.layout, face.size), chroma_step(face.layout), partner);
+  ViewTexels texels =
+      mirrored_texels(plane, chroma_size(face.layout, face.size), chroma_step(face.layout), partner);
   switch (face.layout) {
     case NativeLayout::kNv12:
       texels.channel = {0, 1, 0};
@@ -63,18 +52,6 @@ ViewTexels chroma_view(const NativeImage& face, const Reflection::Partner& partn
       assert(false);  // RGB has no chroma
   }
   return texels;
-}
-
-template <class Look>
-ReflectedViews reflect(const WarpTable& table, std::span<const NativeImage> faces, Look&& look) {
-  ReflectedViews views;
-  for (std::size_t i = 0; i < table.reflections.size(); ++i) {
-    for (std::size_t view = 0; view < faces.size(); ++view) {
-      const Reflection::Partner& partner = table.reflections[i].views[view];
-      views[i][view] = look(faces[partner.view], partner);
-    }
-  }
-  return views;
 }
 
 }  // namespace
@@ -107,15 +84,15 @@ void NativeViews::set(std::span<const NativeImage> faces) {
 }
 
 ReflectedViews NativeViews::rgb(const WarpTable& table) const {
-  return reflect(table, faces_, rgb_view);
+  return reflected_views<NativeImage>(table, faces_, rgb_view);
 }
 
 ReflectedViews NativeViews::luma(const WarpTable& table) const {
-  return reflect(table, faces_, luma_view);
+  return reflected_views<NativeImage>(table, faces_, luma_view);
 }
 
 ReflectedViews NativeViews::chroma(const WarpTable& table) const {
-  return reflect(table, faces_, chroma_view);
+  return reflected_views<NativeImage>(table, faces_, chroma_view);
 }
 
 }  // namespace cupola
