@@ -80,7 +80,8 @@ bool normalise(std::vector<Tap>& taps) {
   }
   if (sum < kLeastSignedShare * size) {
     std::erase_if(taps, [](const Tap& tap) { return tap.weight <= 0.0; });
-    sum = (sum + size) / 2;
+    sum = 0.0;  // not by what was summed: negative ones may have been by far the larger part
+    for (const Tap& tap : taps) sum += tap.weight;
   }
   for (Tap& tap : taps) tap.weight /= sum;
   return !taps.empty();
