@@ -8,14 +8,13 @@
 #include <functional>
 #include <mutex>
 #include <set>
-#include <thread>
 
 #include "firmware/frame_loop.h"
 #include "firmware/show_frames.h"
-#include "hal/display/fake_display.h"
 #include "pipeline/frame/still.h"
 #include "pipeline/source/world.h"
 #include "pipeline/warp/table_cache.h"
+#include "tests/firmware/watched_display.h"
 #include "tests/frame/temporary_folder.h"
 
 namespace cupola {
@@ -54,38 +53,20 @@ Pixels frame_of(const Show& show, nanoseconds time, WorkerPool& pool) {
   return pixels_of(frame.pixels());
 }
 
-// On the fake clock, but slow enough for the threads beside the loop; asks `next` after each flip whether to
-// go on.
-class WatchedDisplay final : public Display {
- public:
-  WatchedDisplay(Clock& clock, std::function<bool(int flip, const Pixels&)> next)
-      : display_(clock, kSize.width, kSize.height), next_(std::move(next)) {}
-  DisplayBuffer back_buffer() noexcept override { return display_.back_buffer(); }
-  Presented present(nanoseconds when) noexcept override { return flip(display_.present(when)); }
-  Presented repeat(nanoseconds when) noexcept override { return flip(display_.repeat(when)); }
-  nanoseconds period() const noexcept override { return display_.period(); }
-  const char* trouble() const noexcept override { return ""; }
-
- private:
-  Presented flip(Presented presented) noexcept {
-    const DisplayBuffer front = display_.front_buffer();
-    Pixels pixels(std::size_t{64} * 48);
-    for (int y = 0; y < 48; ++y) std::memcpy(&pixels[64UL * y], front.data + y * front.stride, 256);
-    if (!next_(flips_++, pixels) || flips_ == 60000) display_.close();
-    std::this_thread::sleep_for(1ms);
-    return presented;
-  }
-  FakeDisplay display_;
-  std::function<bool(int, const Pixels&)> next_;
-  int flips_ = 0;
-};
+Pixels pixels_of(const DisplayBuffer& front) {
+  Pixels pixels(std::size_t{64} * 48);
+  for (int y = 0; y < 48; ++y) std::memcpy(&pixels[64UL * y], front.data + y * front.stride, 256);
+  return pixels;
+}
 
 class Overlay : public testing::Test {
  protected:
   // What the display does meanwhile allocates on the loop's thread: `counts` knows of it.
   LoopCounts play(const Show& show, std::function<bool(int, const Pixels&)> next) {
     ShowFrames frames(show, Method::kEwa, Cpu::kScalar, pool_);
-    WatchedDisplay display(clock_, std::move(next));
+    test::WatchedDisplay display(
+        clock_, kSize.width, kSize.height,
+        [&](int flip, const DisplayBuffer& front) { return next(flip, pixels_of(front)); });
     FrameLoop loop(frames, display, clock_, pool_, nullptr, &link_);
     EXPECT_EQ(loop.run({}), LoopEnd::kClosed);
     return loop.counts();

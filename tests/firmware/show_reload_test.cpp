@@ -6,7 +6,6 @@
 
 #include <cstring>
 #include <functional>
-#include <thread>
 #include <utility>
 
 #include "firmware/control_answers.h"
@@ -14,9 +13,9 @@
 #include "firmware/heap_count.h"
 #include "firmware/pattern_board.h"
 #include "firmware/show_frames.h"
-#include "hal/display/fake_display.h"
 #include "pipeline/frame/still.h"
 #include "pipeline/warp/table_cache.h"
+#include "tests/firmware/watched_display.h"
 #include "tests/frame/temporary_folder.h"
 
 namespace cupola {
@@ -34,31 +33,6 @@ std::string cue(const std::string& name, const std::string& world, const std::st
   return "[[cue]]\nname = \"" + name + "\"\nsource = \"generated\"\nworld = \"" + world +
          "\"\nface_size = [32, 32]\n" + rest;
 }
-
-// On the fake clock; asks `next` after each flip whether to go on, and sleeps a little, so that the side
-// comes to its turn. Allocates nothing.
-class WatchedDisplay final : public Display {
- public:
-  WatchedDisplay(Clock& clock, std::function<bool(int flip, const DisplayBuffer&)> next)
-      : display_(clock, kSize.width, kSize.height), next_(std::move(next)) {}
-  DisplayBuffer back_buffer() noexcept override { return display_.back_buffer(); }
-  Presented present(nanoseconds when) noexcept override { return flip(display_.present(when)); }
-  Presented repeat(nanoseconds when) noexcept override { return flip(display_.repeat(when)); }
-  nanoseconds period() const noexcept override { return display_.period(); }
-  const char* trouble() const noexcept override { return ""; }
-
- private:
-  Presented flip(Presented presented) noexcept {
-    if (!closed_) closed_ = !next_(flips_++, display_.front_buffer()) || flips_ == 60000;
-    if (closed_) display_.close();
-    std::this_thread::sleep_for(1ms);
-    return presented;
-  }
-  FakeDisplay display_;
-  std::function<bool(int, const DisplayBuffer&)> next_;
-  int flips_ = 0;
-  bool closed_ = false;
-};
 
 class Reload : public testing::Test {
  protected:
@@ -87,7 +61,7 @@ class Reload : public testing::Test {
                     show.sounds() ? std::optional(SoundMode{48000, 2}) : std::nullopt, &*patterns_),
         [](WorkerPool& pool) { join_frame_loop(pool); }, 2, kSize, link_.status, link_.log);
     link_.reload = &*reload_;
-    WatchedDisplay display(clock_, std::move(next));
+    test::WatchedDisplay display(clock_, kSize.width, kSize.height, std::move(next));
     FrameLoop loop(maker, display, clock_, pool_, nullptr, &link_);
     EXPECT_EQ(loop.run({}), LoopEnd::kClosed);
     reload_->end();

@@ -106,7 +106,7 @@ TEST(PackedRgb, NeedsNoMoreThanItSaysItReads) {
   const ImageBuffer expected = frame_of(rig, faces, pool);
   for (const NativeLayout layout : kLayouts) {
     const PackedFaces pictures = packed(faces, layout);
-    for (const Cpu cpu : {Cpu::kScalar, Cpu::kSse4, Cpu::kAvx2, Cpu::kAvx512}) {
+    for (const Cpu cpu : {Cpu::kScalar, Cpu::kSse4, Cpu::kAvx2, Cpu::kAvx512, Cpu::kNeon}) {
       if (!supported(cpu)) continue;
       const auto warp = make_native_to_xrgb_warp(rig, layout, cpu, pool);
       const std::vector<TexelBox> boxes = warp->reads();

@@ -99,7 +99,7 @@ TEST(YuvRows, EveryKernelGivesTheScalarBitsForAnyLengthAndAlignment) {
     const int kind = which(random);
     return static_cast<std::uint16_t>(kind == 0 ? kMostFine : kind == 1 ? 0 : sample(random));
   };
-  for (const Cpu cpu : {Cpu::kSse4, Cpu::kAvx2, Cpu::kAvx512}) {
+  for (const Cpu cpu : {Cpu::kSse4, Cpu::kAvx2, Cpu::kAvx512, Cpu::kNeon}) {
     if (!supported(cpu)) continue;
     const YuvRows& rows = yuv_rows(cpu);
     for (int i = 0; i < 3000; ++i) {

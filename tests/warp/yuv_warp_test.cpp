@@ -172,7 +172,7 @@ TEST(YuvWarp, EveryKernelGivesTheScalarBitsOverRandomRigsAndSizes) {
       const test::YuvFaces faces = test::make_yuv_faces(rig, layout, kLimited709, texel);
       NativeBuffer nv12 = to_nv12(rig, faces.images, Cpu::kScalar);
       const ImageBuffer xrgb = to_xrgb(rig, faces.images, Cpu::kScalar);
-      for (const Cpu cpu : {Cpu::kSse4, Cpu::kAvx2, Cpu::kAvx512}) {
+      for (const Cpu cpu : {Cpu::kSse4, Cpu::kAvx2, Cpu::kAvx512, Cpu::kNeon}) {
         if (!supported(cpu)) continue;
         ASSERT_TRUE(same_planes(as_const(nv12.pixels()), as_const(to_nv12(rig, faces.images, cpu).pixels())))
             << i << ' ' << name(cpu);
